@@ -54,8 +54,15 @@ mod slow {
                 && decisions.contains("tracking method for what was asked")
         );
         let provenance = fs::read_to_string(results.join("provenance.toml")).expect("provenance");
-        assert!(!provenance.contains("view1_trial5"), "what was not looked at is no source: {provenance}");
+        let (_, not_needed) = provenance.split_once("view1_trial5").expect("every recording that is stated");
+        let (of_it, _) = not_needed.split_once("[[").expect("others behind it");
+        assert!(of_it.contains("state = \"left_out\""), "{provenance}");
+        let listed = read(&results.join("results.json"));
+        let listed = listed["recordings"].as_array().expect("a list");
+        let of_state = |state: &str| listed.iter().filter(|one| one["state"] == state).count();
+        assert!(listed.len() == 15 && of_state("left_out") > 0 && of_state("used") > 0, "{listed:?}");
         let report = fs::read_to_string(results.join("report.html")).expect("a report");
+        assert!(!report.contains("all recordings are used") && report.contains("not needed for"));
         for head in ["Accuracy asked for", "Prediction and outcome", "Error budget"] {
             assert!(report.contains(head), "{head}");
         }

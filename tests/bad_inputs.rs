@@ -100,7 +100,11 @@ fn an_experiment_without_trials_or_recordings_cannot_be_run() {
     let laboratory = Laboratory::new();
     let message = fail(&mut evaluation(laboratory.path("").as_path(), &laboratory.path("out")), 2);
     assert_eq!(message.matches(".cine").count(), N_RECORDINGS, "each is named once: {message}");
-    assert!(!laboratory.path("out").join("results.json").exists());
+    // Nothing that an earlier run left may be taken for this one's.
+    let said = fs::read_to_string(laboratory.path("out/results.json")).expect("the reason is written");
+    assert!(said.contains("unsolved") && said.contains("none of 15 could be used"), "{said}");
+    let states = fs::read_to_string(laboratory.path("out/recordings.csv")).expect("each has its state");
+    assert_eq!(states.matches(",failed,").count(), N_RECORDINGS, "{states}");
 }
 
 #[test]

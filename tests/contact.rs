@@ -60,6 +60,21 @@ fn a_curve_that_comes_back_tells_what_it_lost() {
 }
 
 #[test]
+fn a_law_is_written_as_toml_and_under_no_other_name() {
+    let folder = TempDir::new().expect("a temporary folder can be made");
+    let curve = root().join("data-samples/hec-compression.csv");
+    for name in ["contact.csv", "contact.json", "contact"] {
+        let out = folder.path().join(name);
+        let message = fail(chainwave().arg("contact").arg(&curve).arg("--out").arg(&out), 2);
+        assert!(
+            message.contains("expected a name that ends in .toml") && message.contains(name),
+            "{message}"
+        );
+        assert!(!out.exists());
+    }
+}
+
+#[test]
 fn what_is_no_compression_curve_is_refused() {
     let folder = TempDir::new().expect("a temporary folder can be made");
     let (curve, out) = (folder.path().join("curve.csv"), folder.path().join("contact.toml"));

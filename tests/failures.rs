@@ -50,6 +50,7 @@ mod slow {
         let message = fail(&mut evaluation(&recordings, &results), 1);
         assert!(message.contains(truncated) && message.contains(missing), "{message}");
         assert_eq!(message.matches(".cine").count(), 2, "the others are well: {message}");
+        assert_eq!(message.matches("--partial").count(), 1, "it helps the one that was cut short: {message}");
         let mut tracked = Table::read(&results.join("tracks.parquet")).texts("recording");
         tracked.dedup();
         assert_eq!(tracked.len(), N_RECORDINGS - 2);

@@ -90,6 +90,20 @@ mod slow {
     }
 
     #[test]
+    #[cfg(unix)]
+    fn figures_that_none_can_be_drawn_of_are_nothing_done() {
+        let laboratory = Laboratory::new();
+        let (results, _) = laboratory.evaluate();
+        for (name, _) in files(&results.join("figures")) {
+            if name.ends_with(".cbor") {
+                fs::write(results.join("figures").join(name), b"torn").expect("it can be written");
+            }
+        }
+        let output = chainwave().arg("figures").arg(&results).output().expect("it starts");
+        refused(&output, "could be used");
+    }
+
+    #[test]
     fn a_folder_without_figures_is_refused() {
         let folder = tempfile::tempdir().expect("a folder");
         refused(

@@ -104,6 +104,21 @@ fn bodies_in_lines_with_times_are_read() {
 }
 
 #[test]
+fn what_the_reflection_has_reached_is_left_out_unless_the_chain_goes_on() {
+    let folder = TempDir::new().expect("a temporary folder can be made");
+    columns(folder.path(), "one.csv", 0.0);
+    let last_gap = |end: &str| {
+        let rest = format!("{end}\n{OF_COLUMNS}");
+        let results = imported(&mapping(folder.path(), &["one.csv"], &rest), &folder.path().join("out"));
+        results["group_velocity_gaps"][1].as_u64().expect("a gap")
+    };
+    // The steps come one after the other whatever is behind the last one; where the chain ends there, the foot of its reflection is back before the
+    // peak.
+    assert!(last_gap("end = \"free\"") < last_gap("end = \"unseen\""));
+    assert_eq!(last_gap(""), last_gap("end = \"fixed\""));
+}
+
+#[test]
 fn what_does_not_fit_is_named_by_its_place() {
     let folder = TempDir::new().expect("a temporary folder can be made");
     columns(folder.path(), "one.csv", 0.0);

@@ -32,6 +32,14 @@ fn recordings_that_were_not_filmed_are_not_replaced() {
 }
 
 #[test]
+fn a_recording_in_a_folder_within_is_filmed_there() {
+    let laboratory = laboratory();
+    laboratory.write("trials.csv", "recording,view,trial,stage_m\nnear/view1_trial1.cine,1,1,0.0\n");
+    succeed(&mut laboratory.filming(&laboratory.path("films")));
+    assert!(laboratory.path("films/near/view1_trial1.cine").exists());
+}
+
+#[test]
 fn films_of_another_plan_are_replaced_and_an_experiment_beside_them_keeps_its_comments() {
     let laboratory = laboratory();
     let own = laboratory.path("");
@@ -83,7 +91,10 @@ fn a_link_is_written_through() {
 }
 
 mod slow {
+    use std::path::Path;
+
     use super::*;
+    use crate::folder::files;
     use crate::laboratory::evaluation;
     use crate::table::Table;
 
@@ -106,10 +117,70 @@ mod slow {
         assert!(results.join("striker-0.83-m-per-s/results.json").exists());
         assert!(results.join("report.html").exists() && results.join("figures/my-drawing.svg").exists());
         assert!(!results.join("results.json").exists() && !results.join("figures/peak-trace.svg").exists());
+        let report = fs::read_to_string(results.join("report.html")).expect("it was written");
+        assert!(report.contains("Striker at 2.73 m/s could not be evaluated"), "a failure comes first");
         let table = Table::read(&results.join("group_velocity.parquet"));
         assert_eq!(table.texts("source").iter().filter(|source| *source == "experiment").count(), 1);
         let states = Table::read(&results.join("recordings.csv"));
         assert_eq!(states.n_rows(), 30);
+    }
+
+    fn lose_recordings(folder: &Path) {
+        for file in fs::read_dir(folder).expect("it was filmed").map(|file| file.expect("a file").path()) {
+            if file.extension().is_some_and(|ending| ending == "cine") {
+                fs::remove_file(&file).expect("it can be removed");
+            }
+        }
+    }
+
+    /// What a run and its user left, but for kept tracks.
+    fn left(results: &Path) -> Vec<String> {
+        let shown = files(results).into_iter().map(|file| file.to_string_lossy().into_owned());
+        shown.filter(|file| !file.contains(".work")).collect()
+    }
+
+    #[test]
+    fn a_run_without_recordings_leaves_nothing_of_an_earlier_one_and_all_that_is_the_users() {
+        let laboratory = Laboratory::new();
+        let (recordings, results) = (laboratory.film(), laboratory.path("results"));
+        succeed(evaluation(&recordings, &results).arg("--budget"));
+        succeed(chainwave().arg("figures").arg(&results));
+        fs::write(results.join("figures/my-drawing.svg"), "mine").expect("it can be written");
+        fs::write(results.join("notes.txt"), "mine").expect("it can be written");
+        lose_recordings(&recordings);
+        fail(&mut evaluation(&recordings, &results), 2);
+        let mut left = left(&results);
+        left.sort();
+        assert_eq!(left, ["figures/my-drawing.svg", "notes.txt", "recordings.csv", "results.json"]);
+        let said = fs::read_to_string(results.join("results.json")).expect("it was written");
+        assert!(said.contains("unsolved"), "{said}");
+    }
+
+    #[test]
+    fn a_run_of_one_velocity_leaves_nothing_of_one_of_several_and_the_other_way_round() {
+        let laboratory = Laboratory::with_strikers(&["2.73", "0.83"]);
+        let (recordings, results) = (laboratory.film(), laboratory.path("results"));
+        succeed(&mut evaluation(&recordings, &results));
+        assert!(results.join("group_velocity.parquet").exists());
+        let trials = fs::read_to_string(recordings.join("trials.csv")).expect("it was written");
+        let of_one: Vec<&str> = trials.lines().filter(|line| !line.starts_with("0.83_")).collect();
+        fs::write(recordings.join("trials.csv"), of_one.join("\n")).expect("it can be written");
+        succeed(&mut evaluation(&recordings, &results));
+        let of_several = |file: &String| file.contains("group") || file.contains("striker-");
+        let stale: Vec<String> = left(&results).into_iter().filter(of_several).collect();
+        assert!(stale.is_empty() && results.join("results.json").exists(), "{stale:?}");
+        // Kept tracks are no results: the velocity that comes back takes them again.
+        assert!(results.join("striker-0.83-m-per-s/.work").exists());
+        fs::write(recordings.join("trials.csv"), &trials).expect("it can be written");
+        succeed(&mut evaluation(&recordings, &results));
+        assert!(!results.join("results.json").exists() && !results.join("tracks.parquet").exists());
+        lose_recordings(&recordings);
+        fail(&mut evaluation(&recordings, &results), 2);
+        let mut left = left(&results);
+        left.sort();
+        let expected =
+            ["recordings.csv", "striker-0.83-m-per-s/results.json", "striker-2.73-m-per-s/results.json"];
+        assert_eq!(left, expected);
     }
 
     #[test]

@@ -216,7 +216,8 @@ fn the_whole_frames_of_a_recording_that_was_cut_are_read_where_that_is_asked_and
     fs::write(&points, "name,x_px,y_px,half_width_px,half_height_px\n1,25,19.5,11,11\n")
         .expect("it can be written");
 
-    fail(chainwave().arg("inspect").arg(&cut), 2);
+    let message = fail(chainwave().arg("inspect").arg(&cut), 2);
+    assert!(message.contains("--partial"), "{message}");
     let said = succeed(chainwave().arg("inspect").arg(&cut).args(["--partial", "--json"]));
     let told: serde_json::Value = serde_json::from_str(&said).expect("it is JSON");
     let n_frames = told["n_frames"].as_u64().expect("a number");

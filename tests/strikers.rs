@@ -5,7 +5,8 @@ mod slow {
 
     use serde_json::Value;
 
-    use crate::laboratory::Laboratory;
+    use crate::command::fail;
+    use crate::laboratory::{Laboratory, evaluation};
     use crate::table::Table;
 
     #[test]
@@ -34,6 +35,44 @@ mod slow {
         let text = fs::read_to_string(results.join("group_velocity.json")).expect("it was written");
         let exponents: Value = serde_json::from_str(&text).expect("JSON");
         assert!(exponents["speed_exponent"].is_null() && exponents["speed_exponent_refused"].is_string());
-        assert!(exponents["speed_exponent_model"].is_number(), "{exponents}");
+        // So does the model at the velocities that were measured, to which it is compared.
+        assert!(exponents["speed_exponent_model_refused"].is_string(), "{exponents}");
+        let (sources, first, last) = (table.texts("source"), table.full("first_gap"), table.full("last_gap"));
+        let gaps = |source: &str| -> Vec<(f64, f64)> {
+            let rows = (0..table.n_rows()).filter(|row| sources[*row] == source);
+            rows.map(|row| (first[row], last[row])).collect()
+        };
+        assert_eq!(gaps("chain model, same gaps"), gaps("experiment"));
+        assert!(gaps("chain model").len() > 10);
+    }
+
+    #[test]
+    fn a_velocity_that_makes_no_sense_does_not_end_the_others() {
+        let laboratory = Laboratory::with_strikers(&["2.73", "0.83"]);
+        let (recordings, results) = (laboratory.film(), laboratory.path("results"));
+        let path = recordings.join("trials.csv");
+        let trials = fs::read_to_string(&path).expect("it was filmed");
+        let stage = trials.lines().next().expect("a header").split(',').position(|name| name == "stage_m");
+        let stage = stage.expect("a column of stages");
+        let elsewhere = |line: &str| match line.starts_with("0.83_") {
+            true => {
+                let mut cells: Vec<&str> = line.split(',').collect();
+                cells[stage] = "55.0";
+                cells.join(",")
+            }
+            false => line.to_owned(),
+        };
+        let text: Vec<String> = trials.lines().map(elsewhere).collect();
+        fs::write(&path, text.join("\n")).expect("it can be written");
+        let said = fail(&mut evaluation(&recordings, &results), 1);
+        assert!(said.contains("striker 0.83 m/s: "), "{said}");
+        assert!(results.join("striker-2.73-m-per-s/report.html").exists());
+        let unsolved = fs::read_to_string(results.join("striker-0.83-m-per-s/results.json"));
+        assert!(unsolved.expect("the reason is written").contains("unsolved"));
+        let report = fs::read_to_string(results.join("report.html")).expect("it was written");
+        let (failed, other) =
+            (report.find("Striker at 0.83 m/s could not be evaluated"), report.find("Striker at 2.73 m/s"));
+        assert!(failed.is_some() && failed < other, "what failed comes first");
+        assert_eq!(Table::read(&results.join("recordings.csv")).n_rows(), 30);
     }
 }

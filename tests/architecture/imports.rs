@@ -8,15 +8,59 @@ use crate::repository::{Source, names_in, rust_sources};
 /// A file by the path of its module: `crate::chain::simulate`.
 type Module = String;
 
+/// Which of some modules imports which others.
+type Imports = BTreeMap<Module, BTreeSet<Module>>;
+
 #[test]
 fn files_of_one_crate_import_each_other_without_circles() {
+    assert_no_circles("files", |imports| imports);
+}
+
+/// A file and the folder of its name are one room.
+#[test]
+fn folders_of_one_crate_import_each_other_without_circles() {
+    assert_no_circles("folders", of_rooms);
+}
+
+fn assert_no_circles(what: &str, seen: impl Fn(Imports) -> Imports) {
     let sources = rust_sources();
     let mut circles = Vec::new();
     for role in names_in(Path::new("crates")) {
-        let files = Files::of(&role, &sources);
-        circles.extend(files.in_circles().into_iter().map(|module| format!("{role}: {module}")));
+        let found = in_circles(&seen(Files::of(&role, &sources).imports()));
+        circles.extend(found.into_iter().map(|module| format!("{role}: {module}")));
     }
-    assert!(circles.is_empty(), "these files import each other in circles:\n{}", circles.join("\n"));
+    assert!(circles.is_empty(), "these {what} import each other in circles:\n{}", circles.join("\n"));
+}
+
+/// Imports between the crate's rooms: `crate::chain` for `crate::chain::simulate`.
+fn of_rooms(imports: Imports) -> Imports {
+    let room = |module: &Module| module.split("::").take(2).collect::<Vec<_>>().join("::");
+    let mut between = Imports::new();
+    for (module, imported) in imports {
+        let others = imported.iter().map(room).filter(|other| *other != room(&module));
+        between.entry(room(&module)).or_default().extend(others);
+    }
+    between
+}
+
+/// The modules from which imports lead back to themselves.
+fn in_circles(imports: &Imports) -> Vec<Module> {
+    let leads_back = |from: &&Module| {
+        let mut open = vec![*from];
+        let mut seen = BTreeSet::new();
+        while let Some(module) = open.pop() {
+            for next in imports.get(module).into_iter().flatten() {
+                if next == *from {
+                    return true;
+                }
+                if seen.insert(next) {
+                    open.push(next);
+                }
+            }
+        }
+        false
+    };
+    imports.keys().filter(leads_back).cloned().collect()
 }
 
 /// The files of a crate's product, without their unit tests and comments.
@@ -40,26 +84,8 @@ impl Files {
         Self(files)
     }
 
-    /// The files from which imports lead back to themselves.
-    fn in_circles(&self) -> Vec<Module> {
-        let imports: BTreeMap<&str, BTreeSet<Module>> =
-            self.0.iter().map(|(module, text)| (module.as_str(), self.imported(module, text))).collect();
-        let leads_back = |from: &&String| {
-            let mut open: Vec<&str> = vec![from.as_str()];
-            let mut seen = BTreeSet::new();
-            while let Some(module) = open.pop() {
-                for next in imports.get(module).into_iter().flatten() {
-                    if next == *from {
-                        return true;
-                    }
-                    if seen.insert(next.clone()) {
-                        open.extend(imports.get_key_value(next.as_str()).map(|(module, _)| *module));
-                    }
-                }
-            }
-            false
-        };
-        self.0.keys().filter(leads_back).cloned().collect()
+    fn imports(&self) -> Imports {
+        self.0.iter().map(|(module, text)| (module.clone(), self.imported(module, text))).collect()
     }
 
     fn imported(&self, module: &str, text: &str) -> BTreeSet<Module> {
@@ -159,8 +185,10 @@ fn a_circle_is_found_through_what_is_passed_on() {
         ),
         source("b", "use crate::{One, Two as Second};\nuse super::a::{\n    Three,\n};"),
     ];
-    assert!(Files::of("x", &straight).in_circles().is_empty());
+    assert!(in_circles(&Files::of("x", &straight).imports()).is_empty());
     let mut bent = straight;
     bent[2].text = "use crate::b::Four;\npub struct Three;".into();
-    assert_eq!(Files::of("x", &bent).in_circles(), ["crate::a::deep", "crate::b"]);
+    let imports = Files::of("x", &bent).imports();
+    assert_eq!(in_circles(&imports), ["crate::a::deep", "crate::b"]);
+    assert_eq!(in_circles(&of_rooms(imports)), ["crate::a", "crate::b"]);
 }

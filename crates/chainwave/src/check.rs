@@ -3,7 +3,8 @@
 use std::num::NonZero;
 
 use chainwave_experiment::{
-    Error as ExperimentError, Finding, RecordingState, Setup, State, recording_states, unreadable,
+    Error as ExperimentError, FailedRecording, Finding, RecordingState, Setup, State, recording_states,
+    unreadable,
 };
 use serde_json::json;
 
@@ -38,7 +39,7 @@ pub(crate) fn check(arguments: &cli::Check) -> Result<Outcome, Error> {
         true => answer(&json!({
             "can_run": true,
             "warnings": warnings_as_json(warnings),
-            "recordings": states_as_json(recordings.clone()),
+            "recordings": states_as_json(recordings),
         })),
         false => in_words(arguments, &checked),
     }
@@ -62,22 +63,29 @@ pub(crate) fn said_of(setup: &Setup, n_threads: NonZero<usize>) -> Vec<String> {
 fn checked_setup(whole: &Setup, n_threads: NonZero<usize>) -> Result<Checked, Error> {
     let failed = unreadable(whole, n_threads);
     if failed.len() == whole.trials.len() {
-        return Err(failed
-            .into_iter()
-            .next()
-            .map_or_else(|| Error::nothing_left("recordings", 0), |one| Error::from(one.error)));
+        return Err(unread(failed));
     }
-    let unread = |one: &chainwave_experiment::FailedRecording| Finding {
+    let unreadable = |one: &FailedRecording| Finding {
         code: "unreadable",
         subject: one.trial.recording.clone(),
         text: one.error.to_string(),
     };
-    let mut warnings: Vec<Finding> = failed.iter().map(unread).collect();
+    let mut warnings: Vec<Finding> = failed.iter().map(unreadable).collect();
     let mut left_out = Vec::new();
-    for setup in whole.by_striker() {
-        let sanity = chainwave_experiment::check(&setup, n_threads)?;
-        warnings.extend(sanity.findings);
-        left_out.extend(sanity.left_out);
+    let setups = whole.by_striker();
+    for setup in &setups {
+        match chainwave_experiment::check(setup, n_threads).map_err(Error::from) {
+            Ok(sanity) => {
+                warnings.extend(sanity.findings);
+                left_out.extend(sanity.left_out);
+            }
+            // A run goes on without a velocity that makes no sense.
+            Err(error) if setups.len() > 1 && !error.ends_all() => {
+                let reason = error.to_string();
+                left_out.extend(setup.trials.iter().map(|trial| (trial.recording.clone(), reason.clone())));
+            }
+            Err(error) => return Err(error),
+        }
     }
     let recordings = recording_states(&whole.trials, &failed, &left_out);
     if recordings.iter().all(|one| one.state != State::Used) {
@@ -87,6 +95,22 @@ fn checked_setup(whole: &Setup, n_threads: NonZero<usize>) -> Result<Checked, Er
     }
     warnings.extend(of_left_out(&recordings));
     Ok(Checked { warnings, recordings })
+}
+
+/// Why none of the recordings can be read, each with its reason.
+fn unread(failed: Vec<FailedRecording>) -> Error {
+    let n = failed.len();
+    let mut reasons = failed.into_iter().map(|one| one.error);
+    match (n, reasons.next()) {
+        (0, _) | (_, None) => Error::nothing_left("recordings", n),
+        (1, Some(reason)) => reason.into(),
+        (_, Some(first)) => {
+            let reasons: Vec<String> =
+                std::iter::once(first).chain(reasons).map(|reason| reason.to_string()).collect();
+            ExperimentError::Value(format!("none of {n} recordings can be read:\n{}", reasons.join("\n")))
+                .into()
+        }
+    }
 }
 
 /// What is said of recordings that a run would leave out: those of one reason together.

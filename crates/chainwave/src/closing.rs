@@ -74,9 +74,13 @@ pub(crate) fn all_lost<'a>(reasons: impl Iterator<Item = &'a Lost>) -> Error {
         .filter(|(n, _)| *n > 0)
         .map(|(n, reason)| format!("{n} {reason}"))
         .collect();
+    let of_texture = [Lost::NoTexture, Lost::LowCorrelation, Lost::Ambiguous, Lost::NotConverged];
+    let hint = match of_texture.iter().any(|reason| count(reason) > 0) {
+        true => " (hint: do the points lie on texture, and are the subsets large enough?)",
+        false => "",
+    };
     Error::Argument(format!(
-        "expected at least one reading that holds, found all {} lost: {} (hint: do the points lie on texture, and are the subsets large \
-         enough?)",
+        "expected at least one reading that holds, found all {} lost: {}{hint}",
         reasons.len(),
         told.join(", ")
     ))
@@ -119,6 +123,9 @@ mod tests {
     fn reasons_are_counted_where_nothing_holds() {
         let reasons = [Lost::NoTexture, Lost::OutOfView, Lost::NoTexture];
         let told = all_lost(reasons.iter()).to_string();
-        assert!(told.contains("all 3 lost: 1 out_of_view, 2 no_texture"), "{told}");
+        assert!(told.contains("all 3 lost: 1 out_of_view, 2 no_texture (hint: "), "{told}");
+        // Texture helps no file that cannot be read.
+        let told = all_lost([Lost::Unreadable, Lost::OutOfView].iter()).to_string();
+        assert!(told.ends_with("all 2 lost: 1 out_of_view, 1 unreadable"), "{told}");
     }
 }

@@ -11,7 +11,7 @@ use toml::Table as TomlTable;
 use crate::cli;
 use crate::error::Error;
 use crate::outcome::Outcome;
-use crate::output::{expect_apart, expect_folder_of, write_text};
+use crate::output::{expect_apart, expect_ending, expect_folder_of, write_text};
 use crate::table;
 
 /// What stands above the numbers.
@@ -85,6 +85,7 @@ struct Branches {
 
 /// Fits the law and writes it.
 pub(crate) fn contact(arguments: &cli::Contact) -> Result<Outcome, Error> {
+    expect_ending(&arguments.out, "toml")?;
     expect_folder_of(&arguments.out)?;
     expect_apart(&[&arguments.curve], &[("the law", arguments.out.clone())])?;
     let table = table::read(&arguments.curve)?;

@@ -2,12 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
+use chainwave_camera::CameraError;
+
 /// Why a command could do nothing.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub(crate) enum Error {
     /// What the library refuses: configurations, input tables, recordings, stages of an experiment.
-    #[error(transparent)]
+    #[error("{0}{hint}", hint = hint_of(.0))]
     Experiment(#[from] chainwave_experiment::Error),
     /// A file or folder that cannot be read or written.
     #[error("{}: cannot {action}: {source}", path.display())]
@@ -34,8 +36,8 @@ pub(crate) enum Error {
     #[error("{0}")]
     Argument(String),
     /// Reading a recording.
-    #[error(transparent)]
-    Camera(#[from] chainwave_camera::CameraError),
+    #[error("{0}{hint}", hint = hint_of_recording(.0))]
+    Camera(#[from] CameraError),
     /// Reading pixels.
     #[error(transparent)]
     Read(#[from] chainwave_measurement::ReadError),
@@ -65,6 +67,21 @@ pub(crate) enum Error {
     Figure(#[from] chainwave_figures::FigureError),
 }
 
+/// What helps against an error of the library, by an option that it does not know.
+pub(crate) fn hint_of(error: &chainwave_experiment::Error) -> &'static str {
+    match error {
+        chainwave_experiment::Error::Camera(error) => hint_of_recording(error),
+        _ => "",
+    }
+}
+
+fn hint_of_recording(error: &CameraError) -> &'static str {
+    match error {
+        CameraError::Truncated { .. } => " (hint: --partial takes the frames of it that are whole)",
+        _ => "",
+    }
+}
+
 impl Error {
     /// Wraps an input or output error with its file.
     pub(crate) fn file(path: &Path, action: &'static str) -> impl FnOnce(std::io::Error) -> Self {
@@ -79,8 +96,8 @@ impl Error {
     }
 
     /// A configuration that does not parse or makes no sense; the message points at the line.
-    pub(crate) fn configuration(path: &Path, message: impl Into<String>) -> Self {
-        chainwave_experiment::Error::Configuration { path: path.to_owned(), message: message.into() }.into()
+    pub(crate) fn configuration(path: &Path, message: String) -> Self {
+        chainwave_experiment::Error::Configuration { path: path.to_owned(), message }.into()
     }
 
     /// A place in an input file that holds something else than expected.
@@ -97,6 +114,14 @@ impl Error {
     /// Whether the user asked to stop.
     pub(crate) fn is_interruption(&self) -> bool {
         matches!(self, Self::Experiment(chainwave_experiment::Error::Cancelled { .. }))
+    }
+
+    /// Whether it ends whatever else there is to do, as no input can help it: the user asked to stop, the program with OpenCV is to take over, or
+    /// the disk gives or takes nothing.
+    pub(crate) fn ends_all(&self) -> bool {
+        self.is_interruption()
+            || self.needs_opencv()
+            || matches!(self, Self::File { .. } | Self::Table { .. })
     }
 
     /// No input could be used; each reason was named before.

@@ -46,6 +46,9 @@ pub(crate) fn figures(arguments: &cli::Figures) -> Result<Outcome, Error> {
             Err(why) => outcome.fail(why.to_string()),
         }
     }
+    if n_drawn == 0 {
+        return Err(Error::nothing_left("figures", kept.len()));
+    }
     say(results, n_drawn, format);
     Ok(outcome)
 }

@@ -156,7 +156,7 @@ fn measured(mapping: &Mapping, stitched: &Stitched) -> Result<Measurement, Error
     let settings = MeasureSettings {
         front,
         first_gap: mapping.chain.first_gap,
-        end_reflects: false,
+        end_reflects: mapping.end_reflects(),
         velocity_gaps: mapping.chain.last_gap.map(|last| mapping.chain.first_gap..=last),
         ..MeasureSettings::new(mapping.chain.pitch_m.get(), 1)
     };

@@ -43,6 +43,19 @@ pub(crate) fn expect_folder_of(path: &Path) -> Result<(), Error> {
     }
 }
 
+/// Refuses a name that promises another format than is written, before any work is done for it.
+pub(crate) fn expect_ending(path: &Path, ending: &str) -> Result<(), Error> {
+    let found = path.extension().unwrap_or_default();
+    match found.eq_ignore_ascii_case(ending) {
+        true => Ok(()),
+        false => Err(Error::Argument(format!(
+            "{}: expected a name that ends in .{ending}, found {:?}",
+            path.display(),
+            path.file_name().unwrap_or_default().to_string_lossy()
+        ))),
+    }
+}
+
 /// Refuses results that would replace each other, or a file that they are made from, before any work is done for them.
 pub(crate) fn expect_apart(read: &[&Path], written: &[(&str, PathBuf)]) -> Result<(), Error> {
     let inputs: Vec<PathBuf> = read.iter().map(|path| place(path)).collect();

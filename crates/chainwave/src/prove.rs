@@ -219,10 +219,16 @@ impl<'a> Plan<'a> {
             return Ok(table);
         }
         let folder = kept.path(&self.name).with_extension("");
-        let (found, said) = self.carry_out(&folder)?;
+        let (found, said) = self.carry_out(&folder).or_else(|error| {
+            // What was stopped goes on from its films. What failed would fail again, and they are large.
+            if !error.is_interruption() {
+                remove_folder(&folder)?;
+            }
+            Err(error)
+        })?;
         let columns = Finding::columns(self.variant, &said, &found);
         kept.keep_table(&self.name, &subject, &self.key, columns)?;
-        std::fs::remove_dir_all(&folder).map_err(Error::file(&folder, "remove"))?;
+        remove_folder(&folder)?;
         table::read(&kept.path(&self.name))
     }
 
@@ -253,5 +259,15 @@ impl<'a> Plan<'a> {
         codes.sort_unstable();
         codes.dedup();
         Ok((findings::findings(&setup, &results)?, Said { named, warned_of: codes.join(" ") }))
+    }
+}
+
+/// Removes a folder, if it is there.
+fn remove_folder(folder: &Path) -> Result<(), Error> {
+    match std::fs::remove_dir_all(folder) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+            Err(Error::file(folder, "remove")(error))
+        }
+        _ => Ok(()),
     }
 }

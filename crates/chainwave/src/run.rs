@@ -9,32 +9,34 @@ mod dataset;
 mod explain;
 mod figures;
 mod markers;
+mod outputs;
 mod provenance;
 mod pulses;
 mod report;
 mod results;
 mod strikers;
 mod summary;
+mod velocity;
 
 use std::path::{Path, PathBuf};
-use std::time::Instant;
 
 use chainwave_experiment::{
-    Economy, Evaluation, FailedRecording, Finding, Plan, RecordingState, Setup, State, Tracked,
-    TrackedRecording, check, check_share, compare_strikers, plan, recording_states, track, track_share,
+    Evaluation, FailedRecording, Finding, RecordingState, Setup, Share, check_share, compare_strikers,
+    track_share,
 };
 use serde_json::{Value, json};
 
+use self::figures::Figure;
 pub(crate) use self::figures::draw_motion;
-pub(crate) use self::provenance::PROVENANCE;
+pub(crate) use self::outputs::PROVENANCE;
 pub(crate) use self::results::{states_as_json, warnings_as_json, write_measurement};
+use self::velocity::{Done, End, Evaluated, Velocity};
 use crate::cli;
-use crate::error::Error;
+use crate::error::{Error, hint_of};
 use crate::kept::KeptFolder;
-use crate::limits::{foreseen_as_json, limits_as_json};
 use crate::on_demand;
 use crate::outcome::Outcome;
-use crate::output::{make_folder, remove_unfinished, write_json};
+use crate::output::make_folder;
 use crate::parallel::threads;
 use crate::progress;
 use crate::terminal;
@@ -45,197 +47,173 @@ pub(crate) fn run(arguments: &cli::Run) -> Result<Outcome, Error> {
     whole.takes_partial = arguments.partial;
     on_demand::expect_recordings_of(&whole)?;
     make_folder(&arguments.out)?;
-    let setups = whole.by_striker();
-    let folder_of = |setup: &Setup| match setups.len() {
-        1 => arguments.out.clone(),
-        _ => arguments.out.join(format!("striker-{}-m-per-s", setup.experiment.nominal_drive().value)),
-    };
-    let mut outcome = Outcome::default();
-    if let Some(share) = arguments.share {
-        for setup in &setups {
-            let store = KeptFolder::in_results(&folder_of(setup))?;
-            let bar = progress::bar("tracking", 0);
-            let show = progress::shown_on(&bar);
-            let monitor = progress::monitor(&show);
-            let sanity = check_share(setup, threads(arguments.jobs))?;
-            name_findings(&sanity.findings);
-            let (n_tracked, failed) =
-                track_share(setup, &sanity, share, &store, threads(arguments.jobs), &monitor)?;
-            name_failed(&failed, &mut outcome);
-            summary::print_share(setup, n_tracked);
+    let batch = Batch { setups: whole.by_striker(), whole, arguments };
+    match arguments.share {
+        Some(share) => batch.track(share),
+        None => batch.carry_out(),
+    }
+}
+
+/// The striker velocities of an experiment. One of which nothing can be had does not end the others.
+struct Batch<'a> {
+    whole: Setup,
+    /// One for each velocity.
+    setups: Vec<Setup>,
+    arguments: &'a cli::Run,
+}
+
+impl Batch<'_> {
+    fn is_of_several(&self) -> bool {
+        self.setups.len() > 1
+    }
+
+    /// The folder of the results of one of several velocities, in that of all.
+    fn name_of(setup: &Setup) -> String {
+        outputs::velocity_folder(setup.experiment.nominal_drive().value)
+    }
+
+    fn folder_of(&self, setup: &Setup) -> PathBuf {
+        match self.is_of_several() {
+            true => self.arguments.out.join(Self::name_of(setup)),
+            false => self.arguments.out.clone(),
         }
-        return Ok(outcome);
     }
-    if setups.len() > 1 {
-        // What an earlier run of one velocity left here is none of theirs.
-        results::remove_results(&arguments.out)?;
-        results::remove_tracks(&arguments.out)?;
+
+    /// What stands before a failure of one of several velocities.
+    fn said_of(&self, setup: &Setup) -> String {
+        match self.is_of_several() {
+            true => format!("striker {} m/s: ", setup.experiment.nominal_drive().value),
+            false => String::new(),
+        }
     }
-    let mut unread = 0;
-    let mut concluded: Vec<(Setup, Evaluation)> = Vec::with_capacity(setups.len());
-    let mut states = Vec::with_capacity(whole.trials.len());
-    for (index, setup) in setups.iter().enumerate() {
-        let place = match setups.len() {
+
+    /// Tracks a share of the recordings.
+    fn track(&self, share: Share) -> Result<Outcome, Error> {
+        let mut outcome = Outcome::default();
+        let mut n_failed = 0;
+        for setup in &self.setups {
+            match self.track_velocity(setup, share, &mut outcome) {
+                Err(error) if self.is_of_several() && !error.ends_all() => {
+                    outcome.fail(format!("{}{error}", self.said_of(setup)));
+                    n_failed += 1;
+                }
+                tracked => tracked?,
+            }
+        }
+        match n_failed == self.setups.len() {
+            true => Err(Error::nothing_left("striker velocities", n_failed)),
+            false => Ok(outcome),
+        }
+    }
+
+    fn track_velocity(&self, setup: &Setup, share: Share, outcome: &mut Outcome) -> Result<(), Error> {
+        let n_threads = threads(self.arguments.jobs);
+        let store = KeptFolder::in_results(&self.folder_of(setup))?;
+        let bar = progress::bar("tracking", 0);
+        let show = progress::shown_on(&bar);
+        let sanity = check_share(setup, n_threads)?;
+        name_findings(&sanity.findings);
+        let monitor = progress::monitor(&show);
+        let (n_tracked, failed) = track_share(setup, &sanity, share, &store, n_threads, &monitor)?;
+        name_failed(&failed, outcome);
+        summary::print_share(setup, n_tracked);
+        Ok(())
+    }
+
+    /// Evaluates the velocities one after the other, and compares them.
+    fn carry_out(&self) -> Result<Outcome, Error> {
+        let out = &self.arguments.out;
+        self.remove_other_runs()?;
+        let mut outcome = Outcome::default();
+        let mut done = Vec::with_capacity(self.setups.len());
+        for (index, setup) in self.setups.iter().enumerate() {
+            let one = self.velocity(index, setup).carry_out(&mut outcome)?;
+            if let (true, End::Nothing(error)) = (self.is_of_several(), &one.end) {
+                outcome.fail(format!("{}{error}", self.said_of(setup)));
+            }
+            done.push(one);
+        }
+        let states: Vec<RecordingState> = done.iter().flat_map(|one| one.states.clone()).collect();
+        results::write_states(out, &states)?;
+        if done.iter().all(|one| matches!(one.end, End::Nothing(_))) {
+            return Err(self.nothing_left(done));
+        }
+        terminal::tell("recordings", states_as_json(&states));
+        let folders = self.setups.iter().map(|setup| self.folder_of(setup));
+        terminal::tell("results", folders.filter_map(|folder| read_results(&folder)).collect());
+        summary::print_states(out, &states);
+        if self.is_of_several() {
+            self.compare(&done, &states, &mut outcome)?;
+        }
+        Ok(outcome)
+    }
+
+    /// Removes what an earlier run of other velocities left in the folder: none of it is this one's.
+    fn remove_other_runs(&self) -> Result<(), Error> {
+        let out = &self.arguments.out;
+        if !self.is_of_several() {
+            outputs::remove_other_velocities(out, &[])?;
+            return outputs::remove_comparison(out);
+        }
+        let own: Vec<String> = self.setups.iter().map(Self::name_of).collect();
+        outputs::remove_other_velocities(out, &own)?;
+        outputs::remove_conclusions(out)?;
+        outputs::remove_tracks(out)
+    }
+
+    fn velocity<'a>(&'a self, index: usize, setup: &'a Setup) -> Velocity<'a> {
+        let place = match self.setups.len() {
             1 => String::new(),
             n => format!(" ({} of {n})", index + 1),
         };
-        let (jobs, dataset) = (arguments.jobs, arguments.dataset.as_deref());
-        let (explain, budget) = (arguments.explain, arguments.budget);
-        let out = folder_of(setup);
-        make_folder(&out)?;
-        let economy = accuracy::choose(setup, arguments, &place)?;
-        if let Some(economy) = &economy {
-            states.extend(accuracy::not_needed(setup, economy));
+        let (out, said_of) = (self.folder_of(setup), self.said_of(setup));
+        Velocity { stated: setup, out, arguments: self.arguments, place, said_of }
+    }
+
+    /// Why nothing could be done.
+    fn nothing_left(&self, done: Vec<Done>) -> Error {
+        match done.into_iter().next() {
+            Some(Done { end: End::Nothing(error), .. }) if !self.is_of_several() => error,
+            _ => Error::nothing_left("striker velocities", self.setups.len()),
         }
-        let economy = economy.as_ref();
-        let setup = economy.map_or(setup, |economy| &economy.setup);
-        let run = Run { setup, out, jobs, explain, budget, economy, dataset, place };
-        let (of_recordings, evaluation) = run.carry_out(&mut outcome)?;
-        // One velocity without recordings does not end the others.
-        let is_read = of_recordings.iter().any(|one| one.state != State::Failed);
-        unread += usize::from(!is_read);
-        states.extend(of_recordings);
-        concluded.extend(evaluation.map(|evaluation| (setup.clone(), evaluation)));
     }
-    if unread == setups.len() {
-        return Err(Error::nothing_left("striker velocities", unread));
-    }
-    results::write_states(&arguments.out, &states)?;
-    if setups.len() > 1 {
-        provenance::write(&whole, &arguments.out)?;
-    }
-    terminal::tell("recordings", states_as_json(states.clone()));
-    terminal::tell("results", setups.iter().filter_map(|setup| read_results(&folder_of(setup))).collect());
-    summary::print_states(&arguments.out, &states);
-    if setups.len() > 1 && !concluded.is_empty() {
-        let (setups, evaluations): (Vec<Setup>, Vec<Evaluation>) = concluded.into_iter().unzip();
-        let waves = compare_strikers(&setups, &evaluations, threads(arguments.jobs))?;
-        let figures = strikers::write(&whole.experiment, &arguments.out, &waves)?;
-        let velocity = |(setup, evaluation)| report::Velocity {
-            setup,
-            evaluation,
-            folder: folder_of(setup).file_name().unwrap_or_default().to_string_lossy().into_owned(),
+
+    /// Writes what several velocities have in common: the waves beside each other, and the way to each, also to those that failed.
+    fn compare(&self, done: &[Done], states: &[RecordingState], outcome: &mut Outcome) -> Result<(), Error> {
+        let out = &self.arguments.out;
+        let evaluated = |one| match one {
+            &Done { end: End::Evaluated(ref found), .. } => Some(found.as_ref()),
+            _ => None,
         };
-        let velocities: Vec<report::Velocity<'_>> = setups.iter().zip(&evaluations).map(velocity).collect();
-        report::write_comparison(&arguments.out, &velocities, &figures)?;
-    }
-    Ok(outcome)
-}
-
-/// The evaluation of one striker velocity, and where its results go.
-struct Run<'a> {
-    setup: &'a Setup,
-    out: PathBuf,
-    jobs: Option<u16>,
-    explain: bool,
-    /// Whether the sources of each uncertainty are asked for.
-    budget: bool,
-    /// What was chosen for the accuracy that is asked for.
-    economy: Option<&'a Economy>,
-    /// Folder of the partitioned tracks, where they are asked for.
-    dataset: Option<&'a Path>,
-    /// Which of several velocities it is, for bars.
-    place: String,
-}
-
-impl Run<'_> {
-    /// What became of each recording, and what followed; `None` where tracks could not be evaluated: they are written all the same, and the
-    /// failure is named.
-    fn carry_out(&self, outcome: &mut Outcome) -> Result<(Vec<RecordingState>, Option<Evaluation>), Error> {
-        let (setup, out) = (self.setup, self.out.as_path());
-        let mut clock = Clock::new();
-        let store = KeptFolder::in_results(out)?;
-        store.remove_unfinished()?;
-        remove_unfinished(out)?;
-        remove_unfinished(&out.join("figures"))?;
-        results::remove_rehearsed(out)?;
-        let sanity = check(setup, threads(self.jobs))?;
-        name_findings(&sanity.findings);
-        clock.stage("sanity");
-        let bar = progress::bar(&format!("tracking{}", self.place), 0);
-        let show = progress::shown_on(&bar);
-        let monitor = progress::monitor(&show);
-        let tracked = track(setup, &sanity, &store, threads(self.jobs), &monitor)?;
-        name_failed(&tracked.failed, outcome);
-        summary::print_lines(explain::notes(&tracked));
-        if self.explain {
-            summary::print_lines(explain::stages(&tracked));
-        }
-        clock.stage("tracking");
-        if tracked.recordings.is_empty() {
-            let reason = Error::nothing_left("recordings", setup.trials.len());
-            if self.place.is_empty() {
-                return Err(reason);
+        let evaluated: Vec<&Evaluated> = done.iter().filter_map(evaluated).collect();
+        let figures = match self.draw_waves(&evaluated) {
+            Err(error) if !error.ends_all() => {
+                outcome.fail(format!("the striker velocities beside each other: {error}"));
+                Vec::new()
             }
-            let states = recording_states(&setup.trials, &tracked.failed, &[]);
-            results::write_unsolved(out, &tracked.findings, states.clone(), &reason.to_string())?;
-            results::remove_tracks(out)?;
-            outcome.fail(reason);
-            return Ok((states, None));
-        }
-        results::write_tracks(out, &tracked)?;
-        if let Some(folder) = self.dataset {
-            dataset::write(setup, folder, &tracked)?;
-        }
-        let findings = tracked.findings.clone();
-        let unsolved = unsolved(setup, &tracked);
-        let bar = progress::stepped(&format!("stitching and fits{}", self.place));
-        let show = progress::shown_on(&bar);
-        let mut results = match setup.conclude(tracked, threads(self.jobs), &progress::monitor(&show)) {
-            Ok(results) => results,
-            Err(error) => {
-                results::write_unsolved(out, &findings, unsolved.clone(), &error.to_string())?;
-                provenance::write(setup, out)?;
-                outcome.fail(error);
-                return Ok((unsolved, None));
-            }
+            drawn => drawn?,
         };
-        clock.stage("stitching, analysis and fit");
-        results.decisions.extend(self.economy.iter().flat_map(|economy| economy.decisions.iter().cloned()));
-        results::write(setup, out, &results)?;
-        clock.stage("tables");
-        let mut figures = figures::draw(&setup.experiment, out, &results.evaluation, outcome)?;
-        figures.extend(markers::draw(setup, out, &results, outcome)?);
-        figures::remove_others(out, &figures)?;
-        clock.stage("figures");
-        let budget = self.budget.then(|| self.error_budget(&mut clock)).transpose()?;
-        let reached = self.economy.map(|economy| accuracy::reached(economy, &results.evaluation));
-        if let (Some(economy), Some(reached)) = (self.economy, &reached) {
-            accuracy::write(out, economy, reached)?;
-        }
-        let rehearsed = report::Rehearsed { budget: budget.as_ref(), reached: reached.as_deref() };
-        report::write(setup, out, &results, &figures, &rehearsed)?;
-        provenance::write(setup, out)?;
-        clock.stage("report");
-        summary::print(setup, out, &results, &clock);
-        // What is not asked for is no news.
-        let refusals = results.evaluation.damping.refusals().into_iter();
-        for (name, reason) in refusals.filter(|_| setup.experiment.analysis.fits) {
-            Outcome::note(format!("{name} is refused: {reason}"));
-        }
-        Ok((results.recording_states(setup), Some(results.evaluation)))
+        let velocity = |(setup, one)| report::OneOfSeveral { setup, done: one, folder: Self::name_of(setup) };
+        let velocities: Vec<report::OneOfSeveral<'_>> = self.setups.iter().zip(done).map(velocity).collect();
+        report::write_comparison(out, &self.whole.experiment.name, &velocities, &figures)?;
+        provenance::write(&self.whole, &self.whole.experiment, states, out)
     }
-}
 
-impl Run<'_> {
-    /// What the uncertainty of each result comes from: a plan of the experiment as it was filmed, also in `error_budget.json`.
-    fn error_budget(&self, clock: &mut Clock) -> Result<Plan, Error> {
-        let bar = progress::bar(&format!("error budget{}", self.place), 0);
-        let show = progress::shown_on(&bar);
-        let begin = Instant::now();
-        let now_s = || begin.elapsed().as_secs_f64();
-        let plan = plan(self.setup, threads(self.jobs), &progress::monitor(&show), &now_s)?;
-        let mut budget = limits_as_json(&plan);
-        budget["foreseen"] = foreseen_as_json(&plan);
-        write_json(&self.out.join("error_budget.json"), &budget)?;
-        clock.stage("error budget");
-        Ok(plan)
+    /// Writes and draws the waves of the velocities that were evaluated.
+    fn draw_waves(&self, evaluated: &[&Evaluated]) -> Result<Vec<Figure>, Error> {
+        if evaluated.is_empty() {
+            return Ok(Vec::new());
+        }
+        let pairs: Vec<(&Setup, &Evaluation)> =
+            evaluated.iter().map(|one| (&one.setup, &one.evaluation)).collect();
+        let waves = compare_strikers(&pairs, threads(self.arguments.jobs))?;
+        strikers::write(&self.whole.experiment, &self.arguments.out, &waves)
     }
 }
 
 /// What a folder of results says, for programs; none where nothing was written.
 fn read_results(folder: &Path) -> Option<Value> {
-    let text = std::fs::read_to_string(folder.join("results.json")).ok().filter(|_| terminal::is_json())?;
+    let text = std::fs::read_to_string(folder.join(outputs::RESULTS)).ok().filter(|_| terminal::is_json())?;
     let results: Value = serde_json::from_str(&text).ok()?;
     Some(json!({ "folder": folder, "results": results }))
 }
@@ -245,18 +223,9 @@ fn name_findings(findings: &[Finding]) {
     summary::print_lines(findings.iter().map(|finding| format!("warning, before work: {finding}")));
 }
 
-/// What became of each recording where nothing follows from the tracks.
-fn unsolved(setup: &Setup, tracked: &Tracked) -> Vec<RecordingState> {
-    let left_out = |one: &TrackedRecording| {
-        (one.trial.recording.clone(), "the tracks could not be evaluated".to_owned())
-    };
-    let left_out: Vec<(String, String)> = tracked.recordings.iter().map(left_out).collect();
-    recording_states(&setup.trials, &tracked.failed, &left_out)
-}
-
 /// Names recordings that failed on standard error.
 pub(crate) fn name_failed(failed: &[FailedRecording], outcome: &mut Outcome) {
-    failed.iter().for_each(|one| outcome.fail(&one.error));
+    failed.iter().for_each(|one| outcome.fail(format!("{}{}", one.error, hint_of(&one.error))));
 }
 
 /// The folder of figures in a folder of results, made where it is missing.
@@ -264,26 +233,4 @@ fn figures_folder(out: &Path) -> Result<PathBuf, Error> {
     let folder = out.join("figures");
     make_folder(&folder)?;
     Ok(folder)
-}
-
-/// How long each stage took.
-pub(crate) struct Clock {
-    last: Instant,
-    stages: Vec<(&'static str, f64)>,
-}
-
-impl Clock {
-    fn new() -> Self {
-        Self { last: Instant::now(), stages: Vec::new() }
-    }
-
-    fn stage(&mut self, name: &'static str) {
-        self.stages.push((name, self.last.elapsed().as_secs_f64()));
-        self.last = Instant::now();
-    }
-
-    /// Names and durations in seconds, in order.
-    pub(crate) fn stages(&self) -> &[(&'static str, f64)] {
-        &self.stages
-    }
 }

@@ -2,7 +2,6 @@
 
 mod ring;
 mod scan;
-mod velocities;
 
 use std::path::Path;
 use std::time::Instant;
@@ -18,7 +17,6 @@ use crate::outcome::Outcome;
 use crate::output::{expect_apart, expect_folder_of, write_text};
 use crate::table::{self, column};
 pub(crate) use ring::{is_ring_scene, ring_scene};
-pub(crate) use velocities::Velocities;
 
 /// Simulates a scene and writes the motion, and a summary where that is asked; or, with several striker velocities, each
 /// one's pulse.

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use chainwave_correlation::ReferenceFrames;
 use chainwave_experiment::{
     Followed, FollowedPoints, FollowedSubset, MethodChoice, Monitor, PlacedPoint, PlacedSubset,
-    PointTracking, SensorFiles, TrackRows, threads_of_each,
+    PointTracking, SensorFiles, TrackRows, threads_of_each, unreadable_frames,
 };
 use chainwave_figures::PointMotion;
 use chainwave_measurement::{Estimate, Lost, Position, Subset, map_in_parallel};
@@ -63,7 +63,8 @@ pub(crate) fn track(arguments: &cli::Track) -> Result<Outcome, Error> {
     let mut choices = Choices::new(arguments.matching.accuracy);
     for (name, result) in recordings.iter().zip(results) {
         match result {
-            Ok(carried_out) => {
+            Ok((carried_out, unread)) => {
+                unread.iter().for_each(|unread| outcome.fail(format!("{name}: {unread}")));
                 let FollowedPoints { followed: tracked, notes, placed, method } = carried_out;
                 choices.add_sizes(placed.iter().filter_map(|placed| chosen_in(placed, Path::new(name))));
                 if arguments.matching.accuracy.is_some() {
@@ -128,8 +129,8 @@ struct Job<'a> {
 }
 
 impl Job<'_> {
-    /// Follows the points through one recording.
-    fn carry_out(&self, path: &Path) -> Result<FollowedPoints, Error> {
+    /// Follows the points through one recording, and says which frames of it could not be read.
+    fn carry_out(&self, path: &Path) -> Result<(FollowedPoints, Option<String>), Error> {
         let arguments = self.arguments;
         let opened = chainwave_camera::open_with(path, &arguments.reading.options(arguments.rate_hz))?;
         let recording = match self.sensor {
@@ -138,7 +139,10 @@ impl Job<'_> {
         };
         let &Self { points, choice, ref reference, n_threads, .. } = self;
         let tracking = PointTracking { points, choice, reference, n_threads };
-        Ok(tracking.follow(recording.as_ref(), &self.monitor)?)
+        let found = tracking.follow(recording.as_ref(), &self.monitor)?;
+        let positions = found.followed.tracks.iter().map(|one| one.track.positions.as_slice());
+        let unread = unreadable_frames(recording.as_ref(), positions);
+        Ok((found, unread))
     }
 }
 

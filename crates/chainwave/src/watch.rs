@@ -37,7 +37,9 @@ pub(crate) fn watch(arguments: &cli::Watch) -> Result<Outcome, Error> {
         None => arguments.reading.options(arguments.rate_hz),
     };
     let mut folder = Folder::of(&arguments.folder)?;
-    let mut watching = Watching { arguments, setup, options, views: Views::default(), looked_at: Vec::new() };
+    let listed = setup.iter().flat_map(|setup| &setup.trials).map(|trial| trial.view);
+    let views = Views::behind(listed.max().unwrap_or(0));
+    let mut watching = Watching { arguments, setup, options, views, looked_at: Vec::new() };
     // A folder on another machine may be gone for a while.
     let mut is_gone = false;
     while !interrupt::is_asked() {

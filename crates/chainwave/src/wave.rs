@@ -5,7 +5,7 @@ use std::path::Path;
 use chainwave_analysis::{GapFront, HalfWidth, MeasureSettings, exact_motion, measure};
 use chainwave_figures::{DataPoint, FrontPulse, Series, StrainMapPanel};
 use chainwave_measurement::{Estimate, Trajectory};
-use ndarray::{Array2, s};
+use ndarray::{Array2, ArrayView1, s};
 
 use crate::error::Error;
 use crate::table;
@@ -125,7 +125,7 @@ impl Wave {
         }
     }
 
-    /// Strain over the gaps at the sample nearest to a time.
+    /// Strain over the gaps at the sample nearest to a time, where it is known.
     pub(crate) fn profile(&self, time_s: f64) -> Vec<(f64, Estimate)> {
         if self.times_s.is_empty() {
             return Vec::new();
@@ -134,9 +134,12 @@ impl Wave {
         column.iter().enumerate().filter_map(|(row, strain)| Some(((row + 1) as f64, (*strain)?))).collect()
     }
 
-    /// The same without uncertainties.
+    /// The same as a line without uncertainties, which breaks where strain is not known.
     pub(crate) fn profile_line(&self, time_s: f64) -> Vec<(f64, f64)> {
-        self.profile(time_s).into_iter().map(|(gap, strain)| (gap, strain.value)).collect()
+        match self.times_s.is_empty() {
+            true => Vec::new(),
+            false => broken_profile(&self.strain.column(nearest(&self.times_s, time_s))),
+        }
     }
 
     /// Gaps of the peak and of the leading edge at a time.
@@ -173,16 +176,13 @@ impl Wave {
         )
     }
 
-    /// The leading pulse about its crest at a time, the crest itself among its points.
+    /// The leading pulse about its crest at a time, the crest itself among its points; none where strain is not known beside the peak.
     pub(crate) fn pulse(&self, time_s: f64) -> Option<FrontPulse> {
         let near = place_at(&self.peaks(), time_s)?;
         let profile = self.profile_line(time_s);
-        let (place, crest) = crest(&profile, near)?;
-        let mut about: Vec<(f64, f64)> = profile
-            .into_iter()
-            .map(|(gap, strain)| (gap - place, strain))
-            .filter(|(offset, _)| offset.abs() <= PULSE_REACH)
-            .collect();
+        let known: Vec<(f64, f64)> = profile.iter().copied().filter(|point| point.1.is_finite()).collect();
+        let (place, crest) = crest(&known, near)?;
+        let mut about = about_peak(&profile, place, PULSE_REACH)?;
         let behind = about.partition_point(|(offset, _)| *offset < 0.0);
         if about.get(behind).is_none_or(|(offset, _)| *offset > 0.0) {
             about.insert(behind, (0.0, crest));
@@ -198,6 +198,20 @@ impl Wave {
         let edge = |front: &GapFront| Some((front.gap as f64, front.edge_time_s?.value));
         self.fronts.iter().filter_map(edge).collect()
     }
+}
+
+/// Strain over the gaps at one time, row i being gap i + 1, as a line that breaks where strain is not known.
+pub(crate) fn broken_profile(strain: &ArrayView1<'_, Option<Estimate>>) -> Vec<(f64, f64)> {
+    let value = |strain: &Option<Estimate>| strain.map_or(f64::NAN, |strain| strain.value);
+    strain.iter().enumerate().map(|(row, strain)| ((row + 1) as f64, value(strain))).collect()
+}
+
+/// The part of such a line about a pulse's peak, counted from it; none where no gap within one cell of the peak is known.
+pub(crate) fn about_peak(profile: &[(f64, f64)], peak: f64, reach: f64) -> Option<Vec<(f64, f64)>> {
+    let about = profile.iter().map(|(gap, strain)| (gap - peak, *strain));
+    let about: Vec<(f64, f64)> = about.filter(|(offset, _)| offset.abs() <= reach).collect();
+    let is_seen = about.iter().any(|(offset, strain)| offset.abs() <= 1.0 && strain.is_finite());
+    is_seen.then_some(about)
 }
 
 /// Reads a motion that `simulate` wrote: `t_s, body, x_m, v_m_per_s`, time by time; body 0, the striker, is left out.

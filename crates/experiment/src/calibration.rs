@@ -7,7 +7,7 @@ use chainwave_camera::{Calibration, Lens, MapError, Mark, PlaneMap, Source};
 use chainwave_measurement::{Estimate, Recording, RecordingInfo};
 use serde::{Deserialize, Serialize};
 
-use crate::configuration::{Camera, Chain, Experiment, Marks};
+use crate::configuration::{Camera, Chain, Experiment, Marks, middle_px};
 use crate::error::Error;
 use crate::numbers::{NotNegative, Positive};
 use crate::text_file::read_toml;
@@ -137,11 +137,6 @@ impl MapTable {
         let lens = Lens { centre_px: self.centre_px, focal_px: self.focal_px, k1: self.k1, k2: self.k2 };
         PlaneMap { lens, plane_from_image: self.plane_from_image }
     }
-}
-
-/// The middle of a picture.
-pub fn middle_px(width_px: usize, height_px: usize) -> [f64; 2] {
-    [0.5 * (width_px as f64 - 1.0), 0.5 * (height_px as f64 - 1.0)]
 }
 
 /// Where an experiment's bodies are, from pixels to metres and back.

@@ -86,6 +86,20 @@ impl Experiment {
         })
     }
 
+    /// Whether all bodies and all gaps are alike and nothing holds the bodies to the ground, as far as it is stated: what a pulse then loses without
+    /// damping it loses to dispersion and rarefaction alone.
+    ///
+    /// # Errors
+    /// As for [`Experiment::chain_model`].
+    pub fn is_uniform(&self) -> Result<bool, Error> {
+        let chain = self.resting_chain(NO_MATTER_KG_PER_S)?;
+        let are_alike = |values: &[f64]| values.windows(2).all(|pair| pair[0].total_cmp(&pair[1]).is_eq());
+        let is_free = chain.ground_law.is_none() && chain.ground_stiffness_n_per_m.iter().all(|k| *k <= 0.0);
+        let first = chain.contact.of_gap(0);
+        let has_one_contact = (1..chain.n_bodies() - 1).all(|gap| chain.contact.of_gap(gap) == first);
+        Ok(is_free && has_one_contact && are_alike(&chain.mass_kg) && are_alike(&chain.damping_kg_per_s))
+    }
+
     /// The strength of the drive and its standard deviation from trial to trial: the striker's velocity in metres per second, or 1, which
     /// is any other drive as it is stated.
     pub fn nominal_drive(&self) -> Estimate {
@@ -186,5 +200,29 @@ impl Synthetic {
     /// c_s, in kilograms per second; 0 where there is no striker.
     pub(crate) fn c_s_kg_per_s(&self) -> f64 {
         self.striker_damping_kg_per_s.map_or(0.0, NotNegative::get)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    const SMALL: &str = include_str!("../../../tests/small-experiment/experiment.toml");
+
+    #[test]
+    fn a_chain_is_uniform_where_bodies_and_gaps_are_alike_and_free() {
+        let is_uniform = |text: &str| {
+            let experiment = Experiment::parse(Path::new("experiment.toml"), text).unwrap();
+            experiment.is_uniform().unwrap()
+        };
+        assert!(is_uniform(SMALL));
+        let stated = |line: &str| SMALL.replacen("[chain]\n", &format!("[chain]\n{line}\n"), 1);
+        assert!(!is_uniform(&stated("ground_stiffness_n_per_m = 20.0")));
+        let mass = SMALL.lines().find(|line| line.starts_with("mass_kg")).unwrap();
+        let (graded, _) = SMALL.split_once(mass).unwrap();
+        let behind = &SMALL[graded.len() + mass.len()..];
+        assert!(!is_uniform(&format!("{graded}mass_kg = {{ grade = [4e-4, 5e-4] }}{behind}")));
     }
 }

@@ -2,49 +2,57 @@
 
 mod analysis;
 mod body_state;
+mod camera;
+mod chain;
 mod contact;
 mod drive;
 mod far_end;
 mod far_striker;
+mod fault;
+mod fill_in;
 mod filmed_view;
 mod ground;
 mod law_file;
+mod named;
 mod pattern;
 mod precompression;
 mod rings;
+mod synthetic;
+mod tracking;
 mod trial;
 mod trials;
 mod true_chain;
 
 use std::path::{Path, PathBuf};
 
-use chainwave_analysis::Spacing;
-use chainwave_camera::RawGeometry;
-use chainwave_correlation::{Interpolation, Shape, ShapeChoice};
 use chainwave_measurement::Estimate;
 use chainwave_mechanics::{Contacts, FarEnd, LinearChain, TableLaw};
-use serde::de::Error as _;
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Serialize};
 
 pub use self::analysis::Analysis;
 pub use self::body_state::BodyState;
+pub(crate) use self::camera::middle_px;
+pub use self::camera::{Camera, Marks, Ruler};
+pub use self::chain::Chain;
+pub(crate) use self::chain::MOST_BODIES;
 pub use self::contact::{Contact, ContactTable, Gaps, Law};
 pub(crate) use self::drive::at_rest;
 pub use self::drive::{DriveTable, imposed_motion};
 pub use self::far_end::FarEndTable;
 pub use self::far_striker::FarStrikerTable;
 pub(crate) use self::far_striker::far_end;
+pub use self::fault::{FAULT_KINDS, Fault};
+use self::fill_in::expect_filled_in;
 pub use self::filmed_view::FilmedView;
 pub use self::ground::GroundTable;
 pub use self::pattern::Pattern;
 pub use self::rings::FilmedRings;
+pub use self::synthetic::Synthetic;
+pub use self::tracking::Tracking;
 pub use self::trial::Trial;
 pub use self::true_chain::TrueChain;
 use crate::error::Error;
-use crate::film::Fault;
 use crate::numbers::{NotNegative, Positive};
-use crate::outline;
-use crate::sanity::expect_filled_in;
 use crate::table::Table;
 use crate::text_file::{parse_toml, read_text};
 
@@ -92,110 +100,6 @@ pub struct Experiment {
     pub synthetic: Option<Synthetic>,
 }
 
-/// The chain.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Chain {
-    /// Number of bodies, at least two.
-    #[serde(deserialize_with = "several")]
-    pub n_bodies: usize,
-    /// Distances between neighbouring bodies at rest, gap by gap.
-    pub pitch_m: Pattern<Positive>,
-    /// Its standard uncertainty, common to all gaps.
-    pub pitch_sigma_m: Option<NotNegative>,
-    /// Masses of the bodies.
-    pub mass_kg: Pattern<Positive>,
-    /// Standard uncertainty of their mean, common to all bodies.
-    pub mass_sigma_kg: Option<NotNegative>,
-    /// Standard deviation of the mass from body to body, relative to what is stated.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub mass_scatter: Option<NotNegative>,
-    /// How the bodies' dampings to ground stand to each other, where they differ; the fit finds their mean.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub damping_kg_per_s: Option<Pattern<NotNegative>>,
-    /// Springs that hold the bodies to ground, where there are any.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub ground_stiffness_n_per_m: Option<Pattern<NotNegative>>,
-    /// Standard uncertainty of their mean, common to all.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub ground_stiffness_sigma_n_per_m: Option<NotNegative>,
-}
-
-impl Chain {
-    /// Mean distance between neighbours, in metres.
-    pub fn mean_pitch_m(&self) -> f64 {
-        self.pitch_m.mean(self.n_bodies - 1)
-    }
-
-    /// Mean mass of the bodies, in kilograms.
-    pub fn mean_mass_kg(&self) -> f64 {
-        self.mass_kg.mean(self.n_bodies)
-    }
-
-    /// How far apart neighbours rest.
-    ///
-    /// # Errors
-    /// A list of another length than there are gaps.
-    pub fn spacing(&self) -> Result<Spacing, Error> {
-        match self.pitch_m.same() {
-            Some(pitch_m) => Ok(pitch_m.into()),
-            None => Ok(self.pitch_m.values(self.n_bodies - 1, "chain.pitch_m").map_err(Error::Value)?.into()),
-        }
-    }
-
-    /// The distances gap by gap, in metres, where they differ; none where they are all the same.
-    ///
-    /// # Errors
-    /// As [`Chain::spacing`].
-    pub(crate) fn unequal_pitches_m(&self) -> Result<Vec<f64>, Error> {
-        match self.pitch_m.same() {
-            Some(_) => Ok(Vec::new()),
-            None => self.pitch_m.values(self.n_bodies - 1, "chain.pitch_m").map_err(Error::Value),
-        }
-    }
-
-    /// Masses of the bodies, in kilograms.
-    ///
-    /// # Errors
-    /// A list of another length than there are bodies.
-    pub fn masses_kg(&self) -> Result<Vec<f64>, Error> {
-        self.mass_kg.values(self.n_bodies, "chain.mass_kg").map_err(Error::Value)
-    }
-
-    /// Springs of the bodies to ground, in newtons per metre; none at all where none are stated.
-    ///
-    /// # Errors
-    /// A list of another length than there are bodies.
-    pub fn ground_n_per_m(&self) -> Result<Vec<f64>, Error> {
-        let stated = self.ground_stiffness_n_per_m.as_ref();
-        let values = stated.map(|stated| stated.values(self.n_bodies, "chain.ground_stiffness_n_per_m"));
-        values.transpose().map(Option::unwrap_or_default).map_err(Error::Value)
-    }
-
-    /// Their mean, in newtons per metre.
-    pub fn mean_ground_n_per_m(&self) -> f64 {
-        self.ground_stiffness_n_per_m.as_ref().map_or(0.0, |stated| stated.mean(self.n_bodies))
-    }
-
-    /// Dampings of the bodies in the proportions that are stated, with a mean; all alike where none are.
-    ///
-    /// # Errors
-    /// A list of another length than there are bodies, or no damping at all.
-    pub fn dampings_kg_per_s(&self, mean_kg_per_s: f64) -> Result<Vec<f64>, Error> {
-        let Some(stated) = self.damping_kg_per_s.as_ref().filter(|stated| stated.same().is_none()) else {
-            return Ok(vec![mean_kg_per_s; self.n_bodies]);
-        };
-        let own = stated.values(self.n_bodies, "chain.damping_kg_per_s").map_err(Error::Value)?;
-        let mean = own.iter().sum::<f64>() / self.n_bodies as f64;
-        if mean <= 0.0 {
-            return Err(Error::Value(
-                "chain.damping_kg_per_s: expected a damping above 0 somewhere, found none".into(),
-            ));
-        }
-        Ok(own.into_iter().map(|own| mean_kg_per_s * (own / mean)).collect())
-    }
-}
-
 /// What struck the chain.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -208,40 +112,6 @@ pub struct Striker {
     pub velocity_m_per_s: Positive,
     /// Standard deviation of the velocity from trial to trial.
     pub velocity_sigma_m_per_s: Positive,
-}
-
-/// How pictures map to the chain: by exactly one of a magnification, a ruler, marks or a calibration.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Camera {
-    /// Magnification.
-    pub scale_px_per_m: Option<Positive>,
-    /// Its standard uncertainty.
-    pub scale_sigma_px_per_m: Option<NotNegative>,
-    /// Standard deviation of the magnification from view to view, relative to it, where the camera was moved or focused anew between them.
-    pub view_scale_sigma: Option<Positive>,
-    /// A known length in the picture.
-    pub ruler: Option<Ruler>,
-    /// Bodies at rest in the picture, whose distance is the chain's pitch.
-    pub marks: Option<Marks>,
-    /// What `chainwave calibrate` wrote, beside this file.
-    pub calibration: Option<PathBuf>,
-    /// Column and row of body 1's marker at rest, with the stage at 0.
-    pub first_body_px: [f64; 2],
-    /// Standard uncertainty of the stage's stated positions. With it, subsets are placed by the positions that bodies in two views
-    /// give; without it, those are reported alone.
-    pub stage_sigma_m: Option<NotNegative>,
-    /// Frames per second of recordings that do not state them, such as folders of images.
-    pub rate_hz: Option<Positive>,
-    /// Time from the exposure of one line of a picture to that of the next, of a camera with a rolling shutter, by which times are corrected.
-    pub line_time_s: Option<NotNegative>,
-    /// Geometry of recordings without a header, such as `1280x800x12le`.
-    #[serde(default, with = "named::optional", skip_serializing_if = "Option::is_none")]
-    pub raw: Option<RawGeometry>,
-    /// Dark frames beside this file: a recording, a folder of images or one of them.
-    pub dark: Option<PathBuf>,
-    /// Frames of an evenly lit field, likewise.
-    pub flat: Option<PathBuf>,
 }
 
 /// How well triggers repeat, where it is known.
@@ -258,179 +128,6 @@ impl Trigger {
     fn is_unknown(&self) -> bool {
         *self == Self::default()
     }
-}
-
-/// A known length in the picture.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Ruler {
-    /// Column and row of both ends.
-    pub ends_px: [[f64; 2]; 2],
-    /// Standard uncertainty of an end's place, in each direction.
-    pub sigma_px: NotNegative,
-    /// The length.
-    pub length_m: Positive,
-    /// Its standard uncertainty.
-    pub length_sigma_m: NotNegative,
-}
-
-/// Bodies at rest in the picture.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Marks {
-    /// Numbers of the bodies.
-    pub bodies: Vec<i32>,
-    /// Column and row of the same point of each.
-    pub at_px: Vec<[f64; 2]>,
-    /// Standard uncertainty of a point's place, in each direction.
-    pub sigma_px: NotNegative,
-}
-
-/// How bodies are followed.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Tracking {
-    /// Columns of a subset on each side of its centre.
-    pub half_width_px: usize,
-    /// Rows of a subset above and below its centre.
-    pub half_height_px: usize,
-    /// Corners of a polygon within a subset, column and row in pixels from its centre, where the marker is no rectangle; the whole rectangle
-    /// unless they are given.
-    #[serde(default, skip_serializing_if = "Vec::is_empty", deserialize_with = "outline::of_key")]
-    pub outline_px: Vec<[f64; 2]>,
-    /// Shape function by name.
-    #[serde(default = "Tracking::usual_shape", with = "named")]
-    pub shape: ShapeChoice,
-    /// Interpolation by name.
-    #[serde(default = "Tracking::usual_interpolation", with = "named")]
-    pub interpolation: Interpolation,
-    /// Frames stamped before this time show the chain at rest, in seconds after the trigger.
-    pub rest_until_s: f64,
-    /// Recordings are looked at up to this time after the trigger, in seconds; to their ends unless it is given.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub until_s: Option<f64>,
-}
-
-impl Tracking {
-    fn usual_shape() -> ShapeChoice {
-        ShapeChoice::Named(Shape::Affine)
-    }
-
-    fn usual_interpolation() -> Interpolation {
-        Interpolation::Quintic
-    }
-}
-
-/// No machine holds the motion of more bodies.
-pub(crate) const MOST_BODIES: usize = 10_000_000;
-
-/// Reads a number of bodies that make a chain; refused here, a wrong one is shown with its line.
-fn several<'de, D: Deserializer<'de>>(number: D) -> Result<usize, D::Error> {
-    match usize::deserialize(number)? {
-        n_bodies @ 2..=MOST_BODIES => Ok(n_bodies),
-        found @ (0 | 1) => Err(D::Error::custom(format!("expected at least 2 bodies, found {found}"))),
-        found => Err(D::Error::custom(format!("expected at most {MOST_BODIES} bodies, found {found}"))),
-    }
-}
-
-/// A choice by its name; refused here, an unknown one is shown with its line.
-mod named {
-    use std::fmt::Display;
-    use std::str::FromStr;
-
-    use serde::de::Error as _;
-    use serde::{Deserialize, Deserializer, Serializer};
-
-    pub(super) fn serialize<S: Serializer>(choice: &impl Display, out: S) -> Result<S::Ok, S::Error> {
-        out.collect_str(choice)
-    }
-
-    pub(super) fn deserialize<'de, D, Choice>(name: D) -> Result<Choice, D::Error>
-    where
-        D: Deserializer<'de>,
-        Choice: FromStr<Err: Display>,
-    {
-        String::deserialize(name)?.parse().map_err(D::Error::custom)
-    }
-
-    /// The same, where nothing may be chosen.
-    pub(super) mod optional {
-        use super::{Deserializer, Display, FromStr, Serializer};
-
-        pub(in super::super) fn serialize<S: Serializer>(
-            choice: &Option<impl Display>,
-            out: S,
-        ) -> Result<S::Ok, S::Error> {
-            match choice {
-                Some(choice) => super::serialize(choice, out),
-                None => out.serialize_none(),
-            }
-        }
-
-        pub(in super::super) fn deserialize<'de, D, Choice>(name: D) -> Result<Option<Choice>, D::Error>
-        where
-            D: Deserializer<'de>,
-            Choice: FromStr<Err: Display>,
-        {
-            super::deserialize(name).map(Some)
-        }
-    }
-}
-
-/// What `synthesize` films: the truth, and the camera that sees it.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Synthetic {
-    /// Seed of everything random.
-    pub seed: u64,
-    /// Seed of the pictures' noise, where it is another one: the same strikes, triggers and views, filmed once more.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub noise_seed: Option<u64>,
-    /// Damping c_d of each body.
-    pub damping_kg_per_s: NotNegative,
-    /// Damping c_s of the striker's contact, where there is a striker.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub striker_damping_kg_per_s: Option<NotNegative>,
-    /// Standard deviation of the trigger's delay from trial to trial.
-    pub trigger_jitter_s: NotNegative,
-    /// Standard deviation of what the trigger's delay gains from trial to trial and keeps.
-    #[serde(default)]
-    pub trigger_walk_s: NotNegative,
-    /// Standard deviation of the trigger's delay from view to view, in common for all trials of a view.
-    #[serde(default)]
-    pub trigger_view_s: NotNegative,
-    /// Standard deviation of the striker's velocity, or of any other drive, from trial to trial, relative to it, where it is not what is stated.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub striker_scatter: Option<NotNegative>,
-    /// Standard deviation of the stage's position, from view to view.
-    #[serde(default)]
-    pub stage_sigma_m: NotNegative,
-    /// Standard deviation of the mass, from body to body.
-    #[serde(default)]
-    pub mass_sigma_kg: NotNegative,
-    /// Standard deviation of the contact law's prefactor, relative to it, from gap to gap.
-    #[serde(default)]
-    pub stiffness_scatter: NotNegative,
-    /// What is true of the chain that is filmed, where that is not what is stated.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub chain: Option<TrueChain>,
-    /// Camera number of the first image (the trigger is image 0).
-    pub first_image: i64,
-    /// Frames in a recording.
-    pub n_frames: usize,
-    /// Views that are filmed in another way.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub views: Vec<FilmedView>,
-    /// The camera.
-    pub camera: chainwave_synthetic::Camera,
-    /// The chain as the camera sees it.
-    pub specimen: chainwave_synthetic::Specimen,
-    /// The rings that the specimen's bodies are, where they are to move and to bend as the ring model says.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub rings: Option<FilmedRings>,
-    /// What goes wrong.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub faults: Vec<Fault>,
 }
 
 impl Striker {

@@ -33,6 +33,8 @@ pub const BEHIND_BODY_1: &str = "behind body 1";
 pub const RELEASE: &str = "motion since the release";
 /// The fit to the peak potential energies.
 pub const PEAK_ENERGIES: &str = "peak energies";
+/// What the reason begins with where a whole fit is refused for its c_d.
+pub const ITS_C_D: &str = "its c_d is ";
 
 /// Two fits to the same tracks contradict each other where their c_d differ by more than this many standard uncertainties: one sound
 /// experiment in 2000.
@@ -118,7 +120,7 @@ impl StatedDamping {
     pub(crate) fn of_release(fit: &Result<ReleasedFit, FitError>, critical_kg_per_s: f64) -> Self {
         let asked = |fit: &ReleasedFit| {
             misfit(fit.reduced_chi_squared, LARGEST_BEHIND_BODY_1)
-                .or_else(|| refusal(fit.chain_damping_kg_per_s, critical_kg_per_s))
+                .or_else(|| refusal_by_c_d(fit.chain_damping_kg_per_s, critical_kg_per_s))
         };
         let why = reason(fit, asked);
         let told = fit.as_ref().map(|fit| fit.chain_damping_kg_per_s).map_err(ToString::to_string);
@@ -232,12 +234,12 @@ fn reasons(
     let of_behind = |fit: &ImposedFit| {
         rejected_model(tracks, false)
             .or_else(|| misfit(fit.reduced_chi_squared, LARGEST_BEHIND_BODY_1))
-            .or_else(|| refusal(fit.chain_damping_kg_per_s, critical_kg_per_s))
+            .or_else(|| refusal_by_c_d(fit.chain_damping_kg_per_s, critical_kg_per_s))
     };
     let of_energies = |fit: &EnergyFit| {
         rejected_model(tracks, true)
             .or_else(|| unlikely(fit))
-            .or_else(|| refusal(fit.damping.chain_damping_kg_per_s, critical_kg_per_s))
+            .or_else(|| refusal_by_c_d(fit.damping.chain_damping_kg_per_s, critical_kg_per_s))
     };
     [
         (TRACKS, reason(tracks, unexplained)),
@@ -252,6 +254,11 @@ fn reason<F>(fit: &Result<F, FitError>, asked: impl Fn(&F) -> Option<String>) ->
         Ok(fit) => asked(fit),
         Err(why) => Some(why.to_string()),
     }
+}
+
+/// Why a whole fit is refused where its c_d is none: what else it found is refused for that, and not for what it is itself.
+fn refusal_by_c_d(c_d: Estimate, critical_kg_per_s: f64) -> Option<String> {
+    refusal(c_d, critical_kg_per_s).map(|why| format!("{ITS_C_D}{why}"))
 }
 
 /// Why a fit that assumes the model as stated does not hold, where the tracks ask for another; one that needs no striker does not mind what

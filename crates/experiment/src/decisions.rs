@@ -437,12 +437,16 @@ fn peaks(evaluation: &Evaluation) -> Decision {
 
 fn group_velocity(evaluation: &Evaluation) -> Decision {
     let rule = one_speed_rule();
-    let found = evaluation.measurement.group_velocity.as_ref().ok();
-    let tested =
-        found.and_then(|found| Some((found.relative_variation?.scaled(100.0), found.variation_p_value()?)));
-    let Some((variation, p_value)) = tested else {
+    let found = match &evaluation.measurement.group_velocity {
+        Ok(found) => found,
+        Err(reason) => {
+            return Decision::by(rule, "not told", format!("no group velocity: {}", reason.as_str()));
+        }
+    };
+    let Some((variation, p_value)) = found.relative_variation.zip(found.variation_p_value()) else {
         return Decision::by(rule, "not told", "fewer than six gaps");
     };
+    let variation = variation.scaled(100.0);
     let choice = match rule.rejects(p_value) {
         true => "it varies; the speed stated is that of the line through all gaps",
         false => "one speed",

@@ -21,7 +21,6 @@ use chainwave_synthetic::{FileFaults, Scene, Shot, Specimen, film};
 
 pub use self::camera_effects::CameraEffect;
 use self::faults::Faults;
-pub use self::faults::{FAULT_KINDS, Fault};
 pub use self::other_chains::OtherChain;
 pub use self::protocols::Protocol;
 pub use self::rings::ring_centres;
@@ -228,6 +227,10 @@ impl<'a> Studio<'a> {
         let path = folder.join(faults.file_name(take.trial));
         if path.exists() || faults.is_lost(take.trial) {
             return Ok(());
+        }
+        if let Some(beside) = path.parent() {
+            // A name may lead into a folder within.
+            std::fs::create_dir_all(beside).map_err(Error::file(beside, "make the folder"))?;
         }
         let footage = self.synthetic.footage(take.trial.view);
         let camera = footage.camera(&self.synthetic.camera);

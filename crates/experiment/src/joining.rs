@@ -30,8 +30,8 @@ pub(crate) fn sound(all: &[Observation], settings: &Settings) -> (Vec<usize>, Ve
     ((0..all.len()).filter(is_sound).collect(), outliers)
 }
 
-/// Joins recordings. Where that fails, views that cannot be joined even alone are left out, else the first one without which the others
-/// can.
+/// Joins recordings. Where that fails for what one of them is, it is left out; else views that cannot be joined even alone, else the first one
+/// without which the others can.
 ///
 /// # Errors
 /// No view can be joined.
@@ -52,8 +52,18 @@ fn outliers_of_views(observations: &[Observation], settings: &Settings) -> Vec<O
     let settings = &Settings { n_threads: NonZero::<usize>::MIN, ..settings.clone() };
     let of_view = |index: usize| {
         let view = views[index];
-        let members: Vec<usize> = (0..observations.len()).filter(|i| observations[*i].view == view).collect();
-        let found = outliers(&chosen(observations, &members), settings).unwrap_or_default();
+        let mut members: Vec<usize> =
+            (0..observations.len()).filter(|i| observations[*i].view == view).collect();
+        let found = loop {
+            match outliers(&chosen(observations, &members), settings) {
+                Ok(found) => break found,
+                // What is wrong with one recording keeps no outlier among the others.
+                Err(failure) => match blamed(&failure, observations, &members) {
+                    Some(blamed) => members.retain(|member| *member != blamed),
+                    None => break Vec::new(),
+                },
+            }
+        };
         let placed = found.into_iter().map(|outlier| Outlier { index: members[outlier.index], ..outlier });
         placed.collect::<Vec<Outlier>>()
     };
@@ -74,6 +84,14 @@ fn merged(
         Ok(stitched) => return Ok((sound, stitched, Vec::new())),
         Err(failure) => failure,
     };
+    if let Some(blamed) = blamed(&failure, observations, &sound) {
+        let others: Vec<usize> = sound.iter().copied().filter(|index| *index != blamed).collect();
+        if let Ok((kept, stitched, mut reasons)) = merged(observations, others, settings) {
+            reasons.push((blamed, failure.to_string()));
+            reasons.sort_by_key(|(index, _)| *index);
+            return Ok((kept, stitched, reasons));
+        }
+    }
     let split = |is_out: &dyn Fn(u32) -> bool| -> (Vec<usize>, Vec<usize>) {
         sound.iter().partition(|index| is_out(observations[**index].view))
     };
@@ -96,6 +114,18 @@ fn merged(
         }
     }
     Err(failure)
+}
+
+/// The place of the recording, one of several, that a failure is about.
+fn blamed(failure: &StitchingError, observations: &[Observation], sound: &[usize]) -> Option<usize> {
+    let (StitchingError::Inconsistent { recording, .. }
+    | StitchingError::BodyOutside { recording, .. }
+    | StitchingError::NoRest { recording, .. }) = failure
+    else {
+        return None;
+    };
+    let is_blamed = |index: &&usize| observations[**index].recording == *recording;
+    sound.iter().find(is_blamed).copied().filter(|_| sound.len() > 1)
 }
 
 /// Some of the recordings.
@@ -153,6 +183,11 @@ mod tests {
         let (kept, _, reasons) = merged(&observations, everyone.clone(), &settings).unwrap();
         assert_eq!((kept, reasons), (everyone.clone(), Vec::new()));
         observations[3].times_s.truncate(1);
+        // The other recording of its view stays.
+        let (kept, _, reasons) = merged(&observations, everyone.clone(), &settings).unwrap();
+        assert_eq!((kept, reasons.len(), reasons[0].0), (vec![0, 1, 2], 1, 3));
+        assert!(reasons[0].1.contains("view2_trial2") && reasons[0].1.contains("at least two frames"));
+        observations[1].times_s.truncate(1);
         let (kept, _, reasons) = merged(&observations, everyone, &settings).unwrap();
         assert_eq!(kept, [0, 2]);
         let places: Vec<usize> = reasons.iter().map(|(index, _)| *index).collect();

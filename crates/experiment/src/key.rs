@@ -74,6 +74,17 @@ impl TrackKey {
         Self { recording: recording.to_owned(), parts }
     }
 
+    /// The key where frames were taken at these times, in seconds after the trigger: they come from more than the recording's bytes, such as this
+    /// version's reading of its time stamps.
+    #[must_use]
+    pub fn at_times(mut self, times_s: &[f64]) -> Self {
+        let mut hash = Sha256::new();
+        times_s.iter().for_each(|time_s| hash.update(time_s.to_le_bytes()));
+        self.parts
+            .push(("times", format!("{} frames, sha256 {}", times_s.len(), hexadecimal(&hash.finalize()))));
+        self
+    }
+
     /// A name for the kept tracks: the recording's stem, as much of it as a file's name may have, and sixteen hexadecimal digits of the digest of
     /// all parts.
     pub fn name(&self) -> String {
@@ -171,6 +182,34 @@ mod tests {
         // Pixels alone, which can be read where their geometry is stated, count for themselves.
         std::fs::remove_file(&header).unwrap();
         assert!(!usual.contains(&key(&pixels, |_, _| ())));
+    }
+
+    #[test]
+    fn the_header_beside_a_folder_of_images_counts() {
+        let parent = tempfile::tempdir().unwrap();
+        let folder = parent.path().join("view1");
+        std::fs::create_dir(&folder).unwrap();
+        std::fs::write(folder.join("1.pgm"), b"P5 2 1 255 ab").unwrap();
+        let at_rate = |rate: &str| {
+            let header = format!("#Camera Information Header\r\nRecord Rate(fps) : {rate}\r\n");
+            std::fs::write(parent.path().join("view1.cih"), header).unwrap();
+            key(&folder, |_, _| ())
+        };
+        let usual = at_rate("20000");
+        assert_eq!(at_rate("20000"), usual);
+        assert_ne!(at_rate("10000"), usual);
+    }
+
+    #[test]
+    fn the_times_of_frames_count() {
+        let key = TrackKey { recording: "a.cine".into(), parts: vec![("recording", "the same".into())] };
+        let at = |times_s: &[f64]| key.clone().at_times(times_s);
+        let usual = at(&[-1e-4, 0.0, 1e-4]);
+        assert_eq!(at(&[-1e-4, 0.0, 1e-4]), usual);
+        for other in [at(&[-1e-4, 0.0, 1.1e-4]), at(&[-1e-4, 0.0]), at(&[])] {
+            assert_ne!(other.name(), usual.name());
+            assert_eq!(other.differs_in(&usual.parts), ["times"]);
+        }
     }
 
     #[test]

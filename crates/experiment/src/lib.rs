@@ -103,26 +103,28 @@ mod tracked;
 mod tracking;
 mod tracks;
 mod truth;
+mod unreadable_frames;
 mod unresolved;
+mod unseen_bodies;
 mod view;
 mod wording;
 
-pub use calibration::{CalibrationFile, ChainMap, ErrorTable, MapTable, middle_px};
+pub use calibration::{CalibrationFile, ChainMap, ErrorTable, MapTable};
 pub use configuration::{
-    Analysis, BodyState, Camera, Chain, Contact, ContactTable, DriveTable, Experiment, FarEndTable,
-    FarStrikerTable, FilmedRings, FilmedView, Gaps, GroundTable, Law, Marks, Pattern, Ruler, Striker,
-    Synthetic, Tracking, Trial, Trigger, TrueChain, imposed_motion,
+    Analysis, BodyState, Camera, Chain, Contact, ContactTable, DriveTable, Experiment, FAULT_KINDS,
+    FarEndTable, FarStrikerTable, Fault, FilmedRings, FilmedView, Gaps, GroundTable, Law, Marks, Pattern,
+    Ruler, Striker, Synthetic, Tracking, Trial, Trigger, TrueChain, imposed_motion,
 };
 pub use content::fingerprint;
 pub use corrections::{CORRECTIONS_FILE, Correction, Corrections, Remedy, corrections_csv};
-pub use damping::{BEHIND_BODY_1, PEAK_ENERGIES, RELEASE, StatedDamping, TRACKS};
+pub use damping::{BEHIND_BODY_1, ITS_C_D, PEAK_ENERGIES, RELEASE, StatedDamping, TRACKS};
 pub use decisions::Decision;
 pub use error::Error;
 pub use evaluation::{EVALUATION_VERSION, Evaluation, evaluate};
 pub use failed_recording::FailedRecording;
 pub use film::{
-    CameraEffect, FAULT_KINDS, Fault, FilmTruth, MeanMotion, OtherChain, Protocol, StrikerTruth, TrueTrial,
-    Truth, WrongChain, film_experiment, ring_centres,
+    CameraEffect, FilmTruth, MeanMotion, OtherChain, Protocol, StrikerTruth, TrueTrial, Truth, WrongChain,
+    film_experiment, ring_centres,
 };
 pub use finding::{Finding, Sanity};
 pub use fits::Departures;
@@ -170,4 +172,5 @@ pub use tracked::{Origin, Tracked, TrackedRecording};
 pub use tracking::{track, track_share};
 pub use tracks::{FollowedBody, RecordingTracks};
 pub use truth::{FILMED, KnownTruth, TRUTH};
+pub use unreadable_frames::unreadable_frames;
 pub use view::{PlannedView, View, first_view, planned_view, unreadable};

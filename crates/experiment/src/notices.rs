@@ -12,6 +12,7 @@ use crate::lost_bodies::lost_for_good;
 use crate::numbers::NotNegative;
 use crate::standing::{Standing, Standings};
 use crate::tracked::TrackedRecording;
+use crate::unseen_bodies::unseen_for_a_while;
 use crate::wording::{estimate, grouped, named};
 
 /// Everything worth knowing of the recordings that were used, each with the names of those that it is about.
@@ -31,7 +32,7 @@ pub(crate) fn notices(
         text: remark,
     };
     let remarks = remarks.into_iter().map(remark);
-    let unseen = observations.iter().flat_map(unseen_for_a_while);
+    let unseen = unseen_for_a_while(observations);
     let lost = lost_for_good(recordings);
     let drives = unusual_drives(experiment, standings).into_iter();
     let triggers = trigger_scatter_s(experiment)
@@ -110,27 +111,6 @@ fn sharp_edges(edges: &[EdgeNote]) -> Option<String> {
          to some thousandths of a pixel: leave 5 px of texture around subsets (a smaller half_width_px or half_height_px)",
         bodies.join(", ")
     ))
-}
-
-/// Bodies that were lost and found again.
-fn unseen_for_a_while(observation: &Observation) -> Vec<Finding> {
-    let of_body = |track: &chainwave_measurement::BodyTrack| {
-        let seen = |k: &usize| track.position_m[*k].is_some();
-        let (first, last) =
-            ((0..track.position_m.len()).find(seen)?, (0..track.position_m.len()).rfind(seen)?);
-        let unseen: Vec<usize> = (first..last).filter(|k| !seen(k)).collect();
-        let (from_ms, until_ms) =
-            (1e3 * observation.times_s[*unseen.first()?], 1e3 * observation.times_s[*unseen.last()?]);
-        let (body, n_unseen) = (track.body, unseen.len());
-        Some(Finding {
-            code: "body_unseen",
-            subject: observation.recording.clone(),
-            text: format!(
-                "body {body} was not seen in {n_unseen} frames between {from_ms:.2} and {until_ms:.2} ms; the other trials stand for it there"
-            ),
-        })
-    };
-    observation.bodies.iter().filter_map(of_body).collect()
 }
 
 /// A trial whose drive lies far from the others'.
@@ -223,7 +203,6 @@ fn drive(experiment: &Experiment, standings: &Standings, one: &Standing) -> Opti
 #[cfg(test)]
 mod tests {
     use chainwave_correlation::{SharpEdge, Side};
-    use chainwave_measurement::BodyTrack;
 
     use super::*;
 
@@ -255,22 +234,5 @@ mod tests {
         assert!(said.text.contains("(3.5 of the stated scatter)"), "{}", said.text);
         assert!(unusual_triggers(1e-5, &[&usual[..], &[standing(4, 140.0, 15.0)]].concat()).is_empty());
         assert!(unusual_triggers(1e-5, &[]).is_empty());
-    }
-
-    #[test]
-    fn a_body_that_leaves_the_view_is_no_news_and_one_that_comes_back_is() {
-        let position = |seen: bool| seen.then_some(Estimate::new(0.0, 1e-6));
-        let of = |seen: [bool; 5]| Observation {
-            recording: "one.cine".into(),
-            view: 1,
-            trial: 1,
-            times_s: (0..5).map(|k| 1e-3 * f64::from(k)).collect(),
-            bodies: vec![BodyTrack { body: 7, position_m: seen.map(position).into() }],
-        };
-        assert!(unseen_for_a_while(&of([false, true, true, true, false])).is_empty());
-        let told = unseen_for_a_while(&of([true, false, false, true, true]));
-        let [said] = told.as_slice() else { panic!("one notice, found {told:?}") };
-        assert_eq!((said.code, said.subject.as_str()), ("body_unseen", "one.cine"));
-        assert!(said.text.contains("body 7") && said.text.contains("2 frames between 1.00 and 2.00 ms"));
     }
 }

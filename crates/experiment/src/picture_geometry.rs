@@ -10,7 +10,8 @@ use chainwave_measurement::{BodyTrack, Estimate, Observation, ReadingError, Trac
 use chainwave_stitching::ShownByBody;
 use nalgebra::{Matrix2, Vector2};
 
-use crate::calibration::{ChainMap, middle_px};
+use crate::calibration::ChainMap;
+use crate::configuration::middle_px;
 use crate::finding::Finding;
 use crate::geometry_at_rest::Bent;
 use crate::tracked::TrackedRecording;

@@ -6,7 +6,6 @@
 
 mod bodies;
 mod duplicates;
-mod fill_in;
 mod light;
 mod other_view;
 mod pitch;
@@ -26,7 +25,6 @@ use std::num::NonZero;
 
 use chainwave_measurement::map_in_parallel;
 
-pub(crate) use self::fill_in::expect_filled_in;
 pub(crate) use self::light::{MOVING_LIGHT, moving_light};
 pub(crate) use self::rest::{MOTION_AT_REST, left_rest};
 use self::resting::resting_views;

@@ -7,8 +7,9 @@ use crate::text_file::read_text;
 
 /// A table that was read, with its path for messages.
 ///
-/// CSV may be separated by commas, semicolons or tabs, whichever its first line has; where that is no comma, numbers may have decimal
-/// commas. A byte order mark, spaces around cells and rows of separators alone count for nothing. Text is UTF-8, UTF-16 with a byte
+/// CSV may be separated by commas, semicolons or tabs, whichever its header has, or by what a line such as `sep=;` before that says; where that is no
+/// comma, numbers may have decimal commas. A byte order mark, spaces around cells, empty lines and rows of separators alone, and empty cells behind the last
+/// column that has a name count for nothing. Text is UTF-8, UTF-16 with a byte
 /// order mark, or else Latin-1, as spreadsheets write it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
@@ -16,6 +17,8 @@ pub struct Table {
     columns: Vec<(String, Column)>,
     /// Lines of the file on which rows begin; empty where the file has no lines.
     lines: Vec<u64>,
+    /// Line of the file on which the names stand.
+    header_line: u64,
     has_decimal_commas: bool,
 }
 
@@ -31,7 +34,7 @@ pub enum Column {
 impl Table {
     /// A table whose columns were read elsewhere.
     pub fn new(path: &Path, columns: Vec<(String, Column)>) -> Self {
-        Self { path: path.to_owned(), columns, lines: Vec::new(), has_decimal_commas: false }
+        Self { path: path.to_owned(), columns, lines: Vec::new(), header_line: 1, has_decimal_commas: false }
     }
 
     /// Reads a CSV file. Every cell is kept as text, so that a wrong one can be named with its line.
@@ -47,40 +50,35 @@ impl Table {
     /// # Errors
     /// As [`Table::read_csv`], but for the file.
     pub(crate) fn parse_csv(path: &Path, text: &str) -> Result<Self, Error> {
-        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-        let separator = separator(text.lines().next().unwrap_or_default());
+        let TableHead { text, header_line, separator } = TableHead::of(text);
         let mut reader = csv::ReaderBuilder::new()
             .delimiter(separator)
             .trim(csv::Trim::All)
             .flexible(true)
             .from_reader(text.as_bytes());
-        let wrong = |error: csv::Error| row_error(path, &error);
-        let names: Vec<String> = reader.headers().map_err(wrong)?.iter().map(str::to_owned).collect();
-        if let Some(twice) = names.iter().enumerate().find(|(at, name)| names[..*at].contains(name)) {
-            return Err(Error::Cell {
-                path: path.to_owned(),
-                place: "line 1".into(),
-                expected: "each column once".into(),
-                found: format!("{} twice", twice.1),
-            });
-        }
+        let wrong = |error: csv::Error| row_error(path, &error, header_line);
+        let names = names(path, reader.headers().map_err(wrong)?, header_line)?;
         let mut columns: Vec<Vec<String>> = vec![Vec::new(); names.len()];
         let mut lines = Vec::new();
         for record in reader.records() {
-            let record = record.map_err(wrong)?;
-            let line = record.position().map_or(0, |at| line_of(text, at));
+            let mut record = record.map_err(wrong)?;
+            let line = record.position().map_or(0, |at| line_of(text, at)) + header_line - 1;
             let is_blank = record.len() > 1 && record.iter().all(str::is_empty);
             if is_blank {
                 continue;
             }
+            // Spreadsheets fill all rows up to the longest.
+            if record.iter().skip(names.len()).all(str::is_empty) {
+                record.truncate(names.len());
+            }
             if record.len() != names.len() {
-                return Err(unequal(path, line, names.len(), record.len()));
+                return Err(unequal(path, line, (names.len(), header_line), record.len()));
             }
             lines.push(line);
             record.iter().zip(&mut columns).for_each(|(cell, column)| column.push(cell.to_owned()));
         }
         let columns = names.into_iter().zip(columns.into_iter().map(Column::Texts)).collect();
-        Ok(Self { path: path.to_owned(), columns, lines, has_decimal_commas: separator != b',' })
+        Ok(Self { path: path.to_owned(), columns, lines, header_line, has_decimal_commas: separator != b',' })
     }
 
     /// Whether there is a column of this name.
@@ -174,13 +172,67 @@ impl Table {
         let found = self.columns.iter().find(|(known, _)| known == name);
         found.map(|(_, column)| column).ok_or_else(|| Error::Cell {
             path: self.path.clone(),
-            place: "line 1".into(),
+            place: format!("line {}", self.header_line),
             expected: format!("a column named {name}"),
             found: match self.columns.is_empty() {
                 true => "an empty file".into(),
                 false => self.names().collect::<Vec<_>>().join(","),
             },
         })
+    }
+}
+
+/// Where the names of a table's columns stand, and what separates its cells.
+struct TableHead<'a> {
+    /// The text from the names on.
+    text: &'a str,
+    /// Line of the file on which they stand, from 1.
+    header_line: u64,
+    separator: u8,
+}
+
+impl<'a> TableHead<'a> {
+    fn of(text: &'a str) -> Self {
+        let mut text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        let (mut header_line, mut stated) = (1, None);
+        while let Some((line, rest)) = text.split_once('\n') {
+            let is_blank =
+                line.chars().all(|letter| letter.is_whitespace() || letter == ',' || letter == ';');
+            let said = said_separator(line).filter(|_| stated.is_none());
+            if !is_blank && said.is_none() {
+                break;
+            }
+            stated = stated.or(said);
+            (text, header_line) = (rest, header_line + 1);
+        }
+        let separator = stated.unwrap_or_else(|| separator(text.lines().next().unwrap_or_default()));
+        Self { text, header_line, separator }
+    }
+}
+
+/// The separator that a line before the table tells Excel of, such as `sep=;`.
+fn said_separator(line: &str) -> Option<u8> {
+    let line = line.trim_end_matches(['\r', '"']).trim_start_matches('"');
+    let (name, mark) = line.split_at_checked("sep=".len())?;
+    match mark.as_bytes() {
+        [mark] if name.eq_ignore_ascii_case("sep=") => Some(*mark),
+        _ => None,
+    }
+}
+
+/// The names of columns, as far as the last that has one.
+fn names(path: &Path, header: &csv::StringRecord, line: u64) -> Result<Vec<String>, Error> {
+    let mut names: Vec<String> = header.iter().map(str::to_owned).collect();
+    let n_named = names.iter().rposition(|name| !name.is_empty()).map_or(0, |last| last + 1);
+    names.truncate(n_named);
+    match names.iter().enumerate().find(|(at, name)| names[..*at].contains(name)) {
+        None => Ok(names),
+        Some((_, twice)) => Err(Error::Cell {
+            path: path.to_owned(),
+            place: format!("line {line}"),
+            expected: "each column once".into(),
+            found: format!("{twice} twice"),
+        }),
     }
 }
 
@@ -196,17 +248,19 @@ fn separator(header: &str) -> u8 {
     [b';', b'\t'].into_iter().find(|mark| header.as_bytes().contains(mark)).unwrap_or(b',')
 }
 
-fn unequal(path: &Path, line: u64, expected: usize, found: usize) -> Error {
+/// What is said of a row that has not as many cells as the header, of which the line is given too.
+fn unequal(path: &Path, line: u64, (expected, header_line): (usize, u64), found: usize) -> Error {
     Error::Cell {
         path: path.to_owned(),
         place: format!("line {line}"),
-        expected: format!("{expected} cells, as in line 1"),
+        expected: format!("{expected} cells, as in line {header_line}"),
         found: found.to_string(),
     }
 }
 
-fn row_error(path: &Path, error: &csv::Error) -> Error {
-    let place = error.position().map_or_else(|| "the table".into(), |at| format!("line {}", at.line()));
+fn row_error(path: &Path, error: &csv::Error, header_line: u64) -> Error {
+    let line = |at: &csv::Position| format!("line {}", at.line() + header_line - 1);
+    let place = error.position().map_or_else(|| "the table".into(), line);
     let (expected, found) = ("a row of cells".into(), error.to_string());
     Error::Cell { path: path.to_owned(), place, expected, found }
 }
@@ -235,6 +289,38 @@ mod tests {
             assert_eq!(table.texts("name").unwrap(), usual.texts("name").unwrap(), "{text}");
             assert_eq!(table.numbers("x_px").unwrap(), [Some(1.5), None], "{text}");
         }
+    }
+
+    #[test]
+    fn what_spreadsheets_put_around_a_table_counts_for_nothing() {
+        for text in [
+            "name;x_px;;\na;1,5;;\nb;;;\n",
+            "name,x_px,,\na,1.5,,\nb,\n",
+            "name;x_px\na;1,5;;;\nb;;\n",
+            "\nname;x_px\na;1,5\nb;\n",
+            "\u{feff}\r\n ;;\r\nname;x_px\r\na;1,5\r\nb;\r\n",
+            "sep=;\nname;x_px\na;1,5\nb;\n",
+            "SEP=,\r\nname,x_px\r\na,1.5\r\nb,\r\n",
+            "sep=\t\nname\tx_px\na\t1,5\nb\t\n",
+            "\"sep=|\"\n\nname|x_px\na|1,5\nb|\n",
+        ] {
+            let table = read(text.as_bytes()).unwrap_or_else(|error| panic!("{text:?}: {error}"));
+            assert_eq!(table.names().collect::<Vec<_>>(), ["name", "x_px"], "{text:?}");
+            assert_eq!(table.texts("name").unwrap(), ["a", "b"], "{text:?}");
+            assert_eq!(table.numbers("x_px").unwrap(), [Some(1.5), None], "{text:?}");
+        }
+        // Lines are those of the file.
+        let told = |text: &str| {
+            let found = read(text.as_bytes()).and_then(|table| table.full_numbers("x").map(drop));
+            found.unwrap_err().to_string()
+        };
+        let message = told("sep=;\n\nn;x\na;1\n\nb;one\n");
+        assert!(message.contains("line 6, column x: expected a number"), "{message}");
+        let message = told("\nn;x;\na;1;7\n");
+        assert!(message.contains("line 3: expected 2 cells, as in line 2, found 3"), "{message}");
+        assert!(told("sep=;\nn;y\na;1\n").contains("line 2: expected a column named x, found n,y"));
+        assert!(told("\nx,x,,\n1,2,,\n").contains("line 2: expected each column once, found x twice"));
+        assert!(told("\n\n").contains("expected a column named x, found an empty file"));
     }
 
     #[test]

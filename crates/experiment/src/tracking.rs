@@ -19,6 +19,7 @@ use crate::stages::Stages;
 use crate::store::{Kept, TrackStore};
 use crate::tracked::{Origin, Tracked, TrackedRecording};
 use crate::tracks::RecordingTracks;
+use crate::unreadable_frames::unreadable_frames;
 use crate::view::{bodies_in_view, frames_at_rest};
 use crate::wording::grouped;
 
@@ -221,6 +222,8 @@ fn track_one(
             (tracks, origin)
         }
     };
+    let unread =
+        unreadable_frames(recording.as_ref(), tracks.bodies.iter().map(|body| body.positions.as_slice()));
     // What is kept holds the readings that are taken out, so that they come back when the correction goes.
     setup.corrections.exclude(&trial.recording, &mut tracks);
     let edges = edges_beside(recording.as_ref(), &subsets, &reference)?;
@@ -236,6 +239,6 @@ fn track_one(
         frame_steps: Vec::new(),
         clock: 1.0,
         origin,
-        remarks: remarks(recording.info(), &edges),
+        remarks: remarks(recording.info(), &edges).into_iter().chain(unread).collect(),
     })
 }

@@ -247,7 +247,10 @@ fn energies(folder: &Path) -> Outcome {
             shares: Some(EnergyShares {
                 dispersion: 1.0 - undamped(end),
                 damping: undamped(end) - damped(end),
+                gap: Some(n_gaps as usize),
+                is_of_uniform_chain: true,
             }),
+            relative_to_gap: None,
         };
         save(folder, name, &energy)?;
     }

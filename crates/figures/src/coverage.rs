@@ -53,8 +53,8 @@ impl Draw for [CoverageRow] {
     fn draw(&self, style: &Style) -> Result<Figure, FigureError> {
         let bar = |share: Estimate| Bar {
             share: share.value,
-            low: share.value - share.sigma,
-            high: share.value + share.sigma,
+            low: (share.value - share.sigma).max(0.0),
+            high: (share.value + share.sigma).min(1.0),
         };
         let row = |row: &CoverageRow| (row.quantity.clone(), [row.within_68, row.within_95].map(bar));
         layout(style, &self.iter().map(row).collect::<Vec<_>>()).map(Figure::new)

@@ -223,19 +223,36 @@ impl Drawing {
         }
     }
 
-    /// The label, cut short with an ellipsis where it is wider than `room_mm`.
+    /// The label, cut short with an ellipsis where it is wider than `room_mm`; never within a number, which would be another one.
     pub(crate) fn fitted(&self, label: &str, em_mm: f64, room_mm: f64) -> String {
         if self.text_width(label, em_mm) <= room_mm {
             return label.into();
         }
-        let mut kept = plain(label);
-        while kept.pop().is_some() {
+        let letters: Vec<char> = plain(label).chars().collect();
+        let is_within_number = |end: usize| is_of_number(letters[end - 1]) && is_of_number(letters[end]);
+        for end in (1..letters.len()).rev().filter(|&end| !is_within_number(end)) {
+            let kept: String = letters[..end].iter().collect();
             let cut = format!("{}…", kept.trim_end());
             if self.text_width(&cut, em_mm) <= room_mm {
                 return cut;
             }
         }
-        kept
+        String::new()
+    }
+
+    /// The label in lines no wider than `room_mm`, broken at spaces outside of mathematics; a word that is wider is cut as by [`Drawing::fitted`].
+    pub(crate) fn wrapped(&self, label: &str, em_mm: f64, room_mm: f64) -> Vec<String> {
+        let mut lines: Vec<String> = Vec::new();
+        for word in words(label) {
+            match lines.last_mut() {
+                Some(line) if self.text_width(&format!("{line} {word}"), em_mm) <= room_mm => {
+                    line.push(' ');
+                    line.push_str(&word);
+                }
+                _ => lines.push(word),
+            }
+        }
+        lines.into_iter().map(|line| self.fitted(&line, em_mm, room_mm)).collect()
     }
 
     pub(crate) fn text_width(&self, label: &str, em_mm: f64) -> f64 {
@@ -274,6 +291,26 @@ impl Drawing {
         });
         words.collect()
     }
+}
+
+/// Whether a letter is part of a number as it is printed.
+fn is_of_number(letter: char) -> bool {
+    letter.is_ascii_digit() || matches!(letter, '.' | ',' | '^' | '−' | '-' | '+' | '·')
+}
+
+/// A label's words, parted at spaces outside of mathematics.
+fn words(label: &str) -> Vec<String> {
+    let mut words: Vec<String> = vec![String::new()];
+    let mut in_mathematics = false;
+    for letter in label.chars() {
+        in_mathematics ^= letter == '$';
+        match words.last_mut() {
+            Some(word) if letter != ' ' || in_mathematics => word.push(letter),
+            _ => words.push(String::new()),
+        }
+    }
+    words.retain(|word| !word.is_empty());
+    words
 }
 
 fn circle((x, y): Spot, radius: f64) -> Vec<Step> {

@@ -140,7 +140,13 @@ mod tests {
             measured: (1..=20).map(point).collect(),
             damped: curve(0.02).collect(),
             undamped: curve(0.006).collect(),
-            shares: Some(EnergyShares { dispersion: 0.768, damping: 0.193 }),
+            shares: Some(EnergyShares {
+                dispersion: 0.768,
+                damping: 0.193,
+                gap: Some(250),
+                is_of_uniform_chain: true,
+            }),
+            relative_to_gap: None,
         }
     }
 

@@ -193,15 +193,23 @@ impl ColourScale {
     /// A scale over nearly all values: the share `spare` at each end may lie beyond it.
     pub(crate) fn covering(mut values: Vec<f64>, spare: f64, map: ColourMap) -> Self {
         values.sort_by(f64::total_cmp);
-        let extent = inner_extent(&values, spare);
+        let extent = inner_extent(&values, spare).map(rounded);
         Self::over(Scale::linear(extent), &values, Hues::Sequential(map))
     }
 
     /// A scale for values with a sign: white at zero, colours of equal strength for equal sizes, over nearly all values as in
     /// [`ColourScale::covering`].
-    pub(crate) fn signed(mut values: Vec<f64>, spare: f64) -> Self {
+    pub(crate) fn signed(values: Vec<f64>, spare: f64) -> Self {
+        Self::signed_from(values, spare, f64::NEG_INFINITY)
+    }
+
+    /// The same that reaches no lower than to `lowest`.
+    pub(crate) fn signed_from(mut values: Vec<f64>, spare: f64, lowest: f64) -> Self {
         values.sort_by(f64::total_cmp);
-        let extent = inner_extent(&values, spare).map(|extent| extent.including(0.0));
+        let bounded = |Extent { low, high }: Extent| {
+            rounded(Extent { low: low.max(lowest).min(high), high }).including(0.0)
+        };
+        let extent = inner_extent(&values, spare).map(bounded);
         let size = extent.map_or(1.0, |Extent { low, high }| high.max(-low));
         Self::over(Scale::linear(extent), &values, Hues::Diverging(size))
     }
@@ -277,15 +285,18 @@ impl ColourScale {
     }
 }
 
-/// The range of sorted values without the share `spare` at each end, widened to round numbers.
-fn inner_extent(values: &[f64], spare: f64) -> Option<Extent> {
+/// The range of sorted values without the share `spare` at each end.
+pub(crate) fn inner_extent(values: &[f64], spare: f64) -> Option<Extent> {
     let spare = (spare * values.len() as f64) as usize;
     let inner = values.get(spare).copied().zip(values.iter().rev().nth(spare).copied());
-    inner.map(|(low, high)| {
-        let Extent { low, high } = Extent { low, high }.padded(0.0);
-        let step = 0.1 * 10.0_f64.powf((high - low).log10().floor());
-        Extent { low: (low / step).floor() * step, high: (high / step).ceil() * step }
-    })
+    inner.map(|(low, high)| Extent { low, high })
+}
+
+/// A range widened to round numbers.
+fn rounded(extent: Extent) -> Extent {
+    let Extent { low, high } = extent.padded(0.0);
+    let step = 0.1 * 10.0_f64.powf((high - low).log10().floor());
+    Extent { low: (low / step).floor() * step, high: (high / step).ceil() * step }
 }
 
 /// Fills a plot with cells and draws its axes; where there is no value, it is hatched.

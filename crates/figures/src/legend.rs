@@ -51,6 +51,25 @@ const KEY_GAP_MM: f64 = 1.2;
 const RIGHT_MARGIN_MM: f64 = 1.0;
 const ENTRY_GAP_MM: f64 = 3.6;
 
+/// A name in lines, and their sign.
+struct Entry {
+    lines: Vec<String>,
+    key: LegendKey,
+}
+
+impl Entry {
+    /// A name that is wider than the legend goes on in the next line: cut short it would say something else.
+    fn of(drawing: &Drawing, entry: &LegendEntry, room: f64) -> Self {
+        let room = room - key_mm(entry.key) - KEY_GAP_MM;
+        Self { lines: drawing.wrapped(&entry.name, drawing.label_mm(), room), key: entry.key }
+    }
+
+    fn width(&self, drawing: &Drawing) -> f64 {
+        let lines = self.lines.iter().map(|line| drawing.text_width(line, drawing.label_mm()));
+        key_mm(self.key) + KEY_GAP_MM + lines.fold(0.0, f64::max)
+    }
+}
+
 /// Draws the legend in rows between `left` and `right`, from `top` down, where no data lie; gives its lower edge.
 pub(crate) fn draw(
     drawing: &mut Drawing,
@@ -60,22 +79,26 @@ pub(crate) fn draw(
 ) -> f64 {
     let room = right - left - RIGHT_MARGIN_MM;
     let (em, row_mm) = (drawing.label_mm(), ROW_EM * drawing.label_mm());
-    let entries: Vec<LegendEntry> = entries.iter().map(|entry| fitted(drawing, entry, room)).collect();
-    let (starts, n_rows) = places(drawing, &entries, room);
-    for (entry, (start, row)) in entries.iter().zip(starts) {
-        let (x, y) = (left + start, top + (row as f64 + 0.5) * row_mm);
-        draw_key(drawing, entry.key, PageRect::new(x, y - 1.1, key_mm(entry), 2.2));
-        drawing.text(&entry.name, (x + key_mm(entry) + KEY_GAP_MM, y), em, Anchor::Start);
+    let entries: Vec<Entry> = entries.iter().map(|entry| Entry::of(drawing, entry, room)).collect();
+    let (starts, n_columns) = places(drawing, &entries, room);
+    let mut top = top;
+    for row in entries.chunks(n_columns) {
+        for (entry, start) in row.iter().zip(&starts) {
+            let (x, y) = (left + start, top + 0.5 * row_mm);
+            draw_key(drawing, entry.key, PageRect::new(x, y - 1.1, key_mm(entry.key), 2.2));
+            for (index, line) in entry.lines.iter().enumerate() {
+                let at = (x + key_mm(entry.key) + KEY_GAP_MM, y + index as f64 * row_mm);
+                drawing.text(line, at, em, Anchor::Start);
+            }
+        }
+        top += row_mm * row.iter().map(|entry| entry.lines.len()).max().unwrap_or(0) as f64;
     }
-    top + n_rows as f64 * row_mm
+    top
 }
 
-/// Start and row of each entry, and the number of rows: as many columns as fit, each as wide as its widest entry.
-fn places(drawing: &Drawing, entries: &[LegendEntry], room: f64) -> (Vec<(f64, usize)>, usize) {
-    let width = |entry: &LegendEntry| {
-        key_mm(entry) + KEY_GAP_MM + drawing.text_width(&entry.name, drawing.label_mm())
-    };
-    let widths: Vec<f64> = entries.iter().map(width).collect();
+/// Start of each column, and how many there are: as many as fit, each as wide as its widest entry.
+fn places(drawing: &Drawing, entries: &[Entry], room: f64) -> (Vec<f64>, usize) {
+    let widths: Vec<f64> = entries.iter().map(|entry| entry.width(drawing)).collect();
     let widest = |column: usize, n_columns: usize| {
         widths.iter().skip(column).step_by(n_columns).copied().fold(0.0, f64::max) + ENTRY_GAP_MM
     };
@@ -83,17 +106,11 @@ fn places(drawing: &Drawing, entries: &[LegendEntry], room: f64) -> (Vec<(f64, u
     let fits = |n_columns: &usize| total(*n_columns) - ENTRY_GAP_MM <= room;
     let n_columns = (1..=entries.len()).rev().find(fits).unwrap_or(1);
     let start = |column: usize| (0..column).map(|before| widest(before, n_columns)).sum::<f64>();
-    let place = |i: usize| (start(i % n_columns), i / n_columns);
-    ((0..entries.len()).map(place).collect(), entries.len().div_ceil(n_columns))
+    ((0..n_columns).map(start).collect(), n_columns)
 }
 
-fn fitted(drawing: &Drawing, entry: &LegendEntry, room: f64) -> LegendEntry {
-    let name = drawing.fitted(&entry.name, drawing.label_mm(), room - key_mm(entry) - KEY_GAP_MM);
-    LegendEntry { name, key: entry.key }
-}
-
-fn key_mm(entry: &LegendEntry) -> f64 {
-    if matches!(entry.key, LegendKey::Marker(_)) { 2.0 } else { KEY_MM }
+fn key_mm(key: LegendKey) -> f64 {
+    if matches!(key, LegendKey::Marker(_)) { 2.0 } else { KEY_MM }
 }
 
 fn draw_key(drawing: &mut Drawing, key: LegendKey, frame: PageRect) {
@@ -114,6 +131,43 @@ fn draw_key(drawing: &mut Drawing, key: LegendKey, frame: PageRect) {
         LegendKey::Hatch => {
             drawing.fill(frame, BLANK);
             drawing.hatch(frame, |_, _| true);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::drawing::Columns;
+    use crate::stroke::Dash;
+    use crate::style::Style;
+
+    #[test]
+    fn a_long_name_goes_on_in_the_next_line_with_its_numbers_whole() {
+        let mut drawing = Drawing::new(&Style::default(), Columns::One).unwrap();
+        let key = LegendKey::Line(Stroke::new(1.0, BLACK, Dash::Solid));
+        let name = "fit, $c_g$ = 33.1234 +- 0.0017 m/s, of the peaks in gaps 3 to 9 of all recordings";
+        let entries = [LegendEntry::new(name, key), LegendEntry::new("experiment", key)];
+        let room = drawing.width_mm;
+        let bottom = draw(&mut drawing, &entries, (0.0, room), 1.0);
+        drawing.extend_to(bottom);
+        drawing.assert_readable();
+        let labels = drawing.labels();
+        assert!(labels.len() == 3 && labels.concat().contains("33.1234") && !labels.concat().contains('…'));
+    }
+
+    #[test]
+    fn no_number_is_cut() {
+        let drawing = Drawing::new(&Style::default(), Columns::One).unwrap();
+        let label = "error −0,00123 ± 0,00045 mm";
+        for room_mm in 1..40 {
+            let kept = drawing.fitted(label, drawing.label_mm(), f64::from(room_mm));
+            let kept = kept.trim_end_matches('…');
+            assert!(label.starts_with(kept), "{kept}");
+            let next = label[kept.len()..].chars().next();
+            let is_whole = !kept.ends_with(|letter: char| letter.is_ascii_digit() || letter == ',')
+                || next.is_none_or(|letter| letter == ' ');
+            assert!(is_whole, "{kept}");
         }
     }
 }

@@ -17,24 +17,36 @@ use crate::{FigureError, Style};
 const HEIGHT_MM: f64 = 58.0;
 const BAR_MM: f64 = 4.5;
 /// Room for the bar of shares with its gap and names, in em of the names besides what is fixed.
-const NAMES_EM: f64 = 8.0;
+const NAMES_EM: f64 = 8.3;
 const BAR_GAP_MM: f64 = 3.0;
 /// Height of a line of the bar's names, in em.
 const LINE_EM: f64 = 1.24;
-const LABELS: Labels = Labels { x: "gap number $n$", y: "peak energy $Ψ(n)$ / input" };
+const GAPS: &str = "gap number $n$";
 const MEASURED: Look =
     Look::Markers(PlotMarker { shape: MarkerShape::Diamond, colour: EXPERIMENT, hollow: false });
 
 /// What the energy that enters the chain is lost to, as shares of the peak energy of gap 1.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct EnergyShares {
-    /// Dispersion and rarefaction: the drop without damping, 0 to 1.
+    /// The drop without damping, 0 to 1.
     pub dispersion: f64,
     /// Damping: what it adds to the drop, 0 to 1.
     pub damping: f64,
+    /// The gap whose energy is shared, where it is to be named.
+    #[serde(default)]
+    pub gap: Option<usize>,
+    /// Whether the drop without damping is named for dispersion and rarefaction, which it is due to in a chain whose bodies and gaps are all alike and
+    /// free of the ground. In another one it also goes where the chain changes, or into the ground's springs.
+    #[serde(default = "yes")]
+    pub is_of_uniform_chain: bool,
 }
 
-/// Peak potential energy of each gap relative to the input energy.
+/// What figures that were kept by earlier versions say.
+fn yes() -> bool {
+    true
+}
+
+/// Peak potential energy of each gap relative to the input energy, or to that of a gap.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PeakEnergy {
     /// Measured ratio against gap number.
@@ -45,6 +57,24 @@ pub struct PeakEnergy {
     pub undamped: Vec<(f64, f64)>,
     /// The shares for the bar, if known.
     pub shares: Option<EnergyShares>,
+    /// The gap whose measured energy the ratios are to, where no model tells the input.
+    #[serde(default)]
+    pub relative_to_gap: Option<usize>,
+}
+
+impl PeakEnergy {
+    /// What the ratios are to, as mathematics.
+    fn ratio(&self) -> String {
+        match self.relative_to_gap {
+            Some(gap) => format!("$Ψ(n)$ / $Ψ({gap})$"),
+            None => "$Ψ(n)$ / input".into(),
+        }
+    }
+
+    /// The name of the ordinate.
+    fn label(&self) -> String {
+        format!("peak energy {}", self.ratio())
+    }
 }
 
 impl Draw for PeakEnergy {
@@ -78,10 +108,10 @@ fn layout(style: &Style, energy: &PeakEnergy) -> Result<Drawing, FigureError> {
         let axes = (Scale::whole(Some(extent.padded(0.05))), enlarged_scale(energy, extent));
         if let Some(inset) = plot.inset(&mut drawing, axes, (0.6 * width, 0.56 * HEIGHT_MM), &lines) {
             draw_curves(&mut drawing, &inset, energy);
-            inset.axes(&mut drawing, Labels { x: "$n$", y: "$Ψ(n)$ / input" });
+            inset.axes(&mut drawing, Labels { x: "$n$", y: &energy.ratio() });
         }
     }
-    plot.axes(&mut drawing, LABELS);
+    plot.axes(&mut drawing, Labels { x: GAPS, y: &energy.label() });
     record(&mut drawing, energy);
     drawing.extend_to(top + HEIGHT_MM + plot::bottom_margin_mm(&drawing));
     Ok(drawing)
@@ -93,12 +123,12 @@ fn record(drawing: &mut Drawing, energy: &PeakEnergy) {
     let damped: Vec<DataPoint> = exact(&energy.damped);
     let undamped: Vec<DataPoint> = exact(&energy.undamped);
     for (name, points) in [(NAMES[0], &energy.measured), (NAMES[1], &damped), (NAMES[2], &undamped)] {
-        plot::record(drawing, "", name, LABELS, points);
+        plot::record(drawing, "", name, Labels { x: GAPS, y: &energy.label() }, points);
     }
 }
 
 fn check_shares(shares: Option<EnergyShares>) -> Result<(), FigureError> {
-    let Some(EnergyShares { dispersion, damping }) = shares else { return Ok(()) };
+    let Some(EnergyShares { dispersion, damping, .. }) = shares else { return Ok(()) };
     // The margin lets shares that were computed as differences round.
     let valid = |share: f64| (-1e-9..=1.0 + 1e-9).contains(&share);
     if valid(dispersion) && valid(damping) && valid(dispersion + damping) {
@@ -173,14 +203,19 @@ struct BarPart {
     lines: Vec<String>,
 }
 
-fn parts(style: &Style, EnergyShares { dispersion, damping }: EnergyShares) -> [BarPart; 3] {
+fn parts(style: &Style, shares: EnergyShares) -> [BarPart; 3] {
+    let EnergyShares { dispersion, damping, gap, is_of_uniform_chain } = shares;
     let percent = |share: f64| format!("{} %", style.decimals(&fixed(100.0 * share, 1)));
     let (first, second) = (1.0 - dispersion, 1.0 - dispersion - damping);
-    let wave = vec!["dispersion".into(), "and rarefaction".into(), percent(dispersion)];
+    let wave = match is_of_uniform_chain {
+        true => vec!["dispersion".into(), "and rarefaction".into(), percent(dispersion)],
+        false => vec!["without damping".into(), percent(dispersion)],
+    };
+    let kept = gap.map_or_else(|| "kept".into(), |gap| format!("kept in gap {gap}"));
     [
         BarPart { from: 1.0, to: first, fill: DISPERSION, lines: wave },
         BarPart { from: first, to: second, fill: DAMPING, lines: vec!["damping".into(), percent(damping)] },
-        BarPart { from: second, to: 0.0, fill: WHITE, lines: vec!["kept".into(), percent(second.max(0.0))] },
+        BarPart { from: second, to: 0.0, fill: WHITE, lines: vec![kept, percent(second.max(0.0))] },
     ]
 }
 
@@ -223,14 +258,20 @@ mod tests {
             damped: curve(0.02).collect(),
             undamped: curve(0.006).collect(),
             shares: Some(shares),
+            relative_to_gap: None,
         }
+    }
+
+    fn shares(dispersion: f64, damping: f64) -> EnergyShares {
+        EnergyShares { dispersion, damping, gap: None, is_of_uniform_chain: true }
     }
 
     #[test]
     fn labels_are_there_and_nothing_overlaps_for_any_shares() {
         for (dispersion, damping) in [(0.768, 0.193), (0.0, 0.0), (1.0, 0.0), (0.01, 0.98), (0.0, 1.0)] {
             for n_gaps in [25, 250] {
-                let energy = energy(n_gaps, EnergyShares { dispersion, damping });
+                let shares = EnergyShares { gap: Some(167), ..shares(dispersion, damping) };
+                let energy = energy(n_gaps, shares);
                 let drawing = layout(&Style::default(), &energy).unwrap();
                 drawing.assert_readable();
                 assert!(drawing.says("peak energy Ψ(n) / input"));
@@ -244,11 +285,30 @@ mod tests {
     #[test]
     fn impossible_shares_are_refused_and_no_values_say_so() {
         for (dispersion, damping) in [(0.9, 0.2), (-0.1, 0.2), (f64::NAN, 0.1)] {
-            let energy = energy(25, EnergyShares { dispersion, damping });
+            let energy = energy(25, shares(dispersion, damping));
             assert!(layout(&Style::default(), &energy).is_err());
         }
-        let nothing = PeakEnergy { measured: vec![], damped: vec![], undamped: vec![], shares: None };
+        let nothing = PeakEnergy {
+            measured: vec![],
+            damped: vec![],
+            undamped: vec![],
+            shares: None,
+            relative_to_gap: None,
+        };
         let drawing = layout(&Style::default(), &nothing).unwrap();
         assert!(drawing.says("no data"));
+    }
+
+    #[test]
+    fn what_the_bar_and_the_axis_are_of_is_named() {
+        let of_other = EnergyShares { is_of_uniform_chain: false, gap: Some(17), ..shares(0.5, 0.2) };
+        let drawing = layout(&Style::default(), &energy(25, of_other)).unwrap();
+        drawing.assert_readable();
+        assert!(drawing.says("without damping") && drawing.says("kept in gap 17"), "{:?}", drawing.labels());
+        assert!(!drawing.says("dispersion"));
+        let measured = PeakEnergy { relative_to_gap: Some(2), shares: None, ..energy(25, shares(0.5, 0.2)) };
+        let measured = PeakEnergy { damped: vec![], undamped: vec![], ..measured };
+        let drawing = layout(&Style::default(), &measured).unwrap();
+        assert!(drawing.says("peak energy Ψ(n) / Ψ(2)"), "{:?}", drawing.labels());
     }
 }

@@ -121,8 +121,11 @@ pub(crate) enum Look {
     Line(Stroke),
 }
 
+/// The source that is measured, by its place.
+pub(crate) const MEASURED: usize = 0;
+
 /// The source that a name begins with: its place among colours and dashes.
-fn source(name: &str) -> Option<usize> {
+pub(crate) fn source(name: &str) -> Option<usize> {
     let name = name.to_lowercase();
     let sources: [&[&str]; 3] = [
         &["experiment", "measured"],
@@ -158,7 +161,7 @@ pub(crate) fn looks<'a>(series: impl IntoIterator<Item = &'a Series>) -> Vec<Loo
         // What is measured and says nothing else is the experiment's first series.
         let is_first = seen.iter().all(|(origin, _)| *origin != Origin::Measured);
         if series.origin == Origin::Measured && is_first {
-            source = source.or(Some(0));
+            source = source.or(Some(MEASURED));
         }
         let n_alike = seen.iter().filter(|one| **one == (series.origin, source)).count();
         let n_of_origin = seen.iter().filter(|(origin, _)| *origin == series.origin).count();

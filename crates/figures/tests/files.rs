@@ -48,7 +48,8 @@ fn draw_all(folder: &Path) -> Outcome {
     peak_trace(&stem("peak_trace"), &trace)?;
     group_velocity(&stem("group_velocity"), &GroupVelocities { series, sound_speed_m_per_s: None })?;
     let undamped = vec![(1.0, 1.0), (20.0, 0.4)];
-    let energy = PeakEnergy { measured: points, damped: vec![], undamped, shares: None };
+    let energy =
+        PeakEnergy { measured: points, damped: vec![], undamped, shares: None, relative_to_gap: None };
     peak_energy(&stem("peak_energy"), &energy)?;
     let amplitude = vec![1e-3, 1e-4, 1e-5];
     let spectrum = GapSpectrum { gap: 4, frequencies_hz: vec![0.0, 500.0, 1000.0], amplitude };

@@ -93,6 +93,12 @@ impl PreparedExperiment {
         self.setups.len()
     }
 
+    /// The strength of the drive of each: the striker's velocity in metres per second, 1 where something else drives the chain.
+    #[getter]
+    fn velocities(&self) -> Vec<f64> {
+        self.setups.iter().map(|setup| setup.experiment.nominal_drive().value).collect()
+    }
+
     /// Name of the experiment.
     #[getter]
     fn name(&self) -> &str {

@@ -113,6 +113,13 @@ pub(crate) fn recording_of_counts(
             let found = times_s[frame];
             return Err(Failure::Argument(format!("times_s, frame {frame}: expected a time, found {found}")));
         }
+        if let Some(frame) = times_s.windows(2).position(|pair| pair[1] <= pair[0]) {
+            let (before, found) = (times_s[frame], times_s[frame + 1]);
+            return Err(Failure::Argument(format!(
+                "times_s, frame {}: expected a time after {before}, found {found}",
+                frame + 1
+            )));
+        }
         stamped_hz = rate_of(&times_s);
         recording.info.times_s = times_s;
     } else if let Some(rate_hz) = rate_hz {

@@ -108,6 +108,25 @@ def test_an_interrupted_run_goes_on(filmed: Path) -> None:
         assert len(experiment.run().motion) > 0
 
 
+def test_a_velocity_that_fails_does_not_take_the_others_along(filmed: Path) -> None:
+    tables = tomllib.loads((filmed / "experiment.toml").read_text())
+    trials = polars.read_csv(filmed / tables["trials"])
+    good = trials.with_columns(polars.lit(2.73).alias("striker_velocity_m_per_s"))
+    lost = trials.with_columns(
+        polars.concat_str(polars.lit("lost_"), polars.col("recording")).alias("recording"),
+        polars.lit(0.83).alias("striker_velocity_m_per_s"),
+    )
+    with warnings.catch_warnings(record=True) as warned:
+        warnings.simplefilter("always", cw.ChainwaveWarning)
+        found = cw.Experiment({**tables, "trials": polars.concat([good, lost])}, recordings=filmed).run_all()
+    assert [one.striker_velocity_m_per_s for one in found] == [2.73]
+    assert any(str(one.message).startswith("striker 0.83 m/s: ") for one in warned)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", cw.ChainwaveWarning)
+        with pytest.raises(cw.ChainwaveError, match="recordings"):
+            cw.Experiment({**tables, "trials": lost}, recordings=filmed).run_all()
+
+
 def test_wrong_experiments_are_named(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError, match="experiment.toml"):
         cw.Experiment(tmp_path / "experiment.toml")

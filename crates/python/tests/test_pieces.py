@@ -80,6 +80,32 @@ def test_numbers_that_are_none_are_refused(frames: Any) -> None:
             cw.track(frames, [point], **argument)
 
 
+def test_arguments_that_make_no_sense_are_named(frames: Any) -> None:
+    table = {"t_s": np.tile(np.arange(50) * 1e-5, 4), "body": np.repeat(np.arange(1, 5), 50), "x_m": np.zeros(200)}
+    wrong: list[dict[str, Any]] = [
+        {"first_gap": -1},
+        {"last_gap": 0},
+        {"seed": -1},
+        {"seed": 1.5},
+        {"n_replicas": 3},
+        {"threads": "a"},
+        {"pitch_m": "0.03"},
+        {"pitch_m": ["a", 0.03, 0.03]},
+        {"edge_fraction": "low"},
+    ]
+    for arguments in wrong:
+        with pytest.raises(ValueError, match=f"{next(iter(arguments))}: expected"):
+            cw.measure(table, **{"pitch_m": 0.03, **arguments})
+    with pytest.raises(ValueError, match="recording: expected a recording"):
+        cw.track([], [{"name": "1", "x_px": 40, "y_px": 40}])
+    for bit_depth in (-3, 0, 99, "8"):
+        with pytest.raises(ValueError, match="bit_depth: expected a whole number from 1 to 32"):
+            cw.Recording.from_array(frames, bit_depth=bit_depth)
+    falling = np.arange(len(frames))[::-1] * 1e-4
+    with pytest.raises(ValueError, match="times_s, frame 1: expected a time after"):
+        cw.Recording.from_array(frames, times_s=falling)
+
+
 def test_tracks_in_pixels_are_merged_by_their_scale(frames: Any) -> None:
     point = {"name": "1", "x_px": 40, "y_px": 40, "half_width_px": 14, "half_height_px": 14}
     at_rest = np.concatenate([np.repeat(frames[:1], 6, axis=0), frames])

@@ -138,6 +138,12 @@ fn peak_energy(study: &Study, law: &LawResults, struck: &Struck) -> PeakEnergy {
             .collect(),
         damped: curve(&law.damped_j),
         undamped: curve(&law.undamped_j),
-        shares: share.map(|share| EnergyShares { dispersion: share.spread, damping: share.damped }),
+        shares: share.map(|share| EnergyShares {
+            dispersion: share.spread,
+            damping: share.damped,
+            gap: Some(share.gap),
+            is_of_uniform_chain: true,
+        }),
+        relative_to_gap: None,
     }
 }

@@ -52,6 +52,20 @@ pub(super) struct Chain {
     /// The leading edge is where a gap first exceeds this fraction of its peak.
     #[serde(default = "Chain::usual_edge_fraction")]
     pub(super) edge_fraction: f64,
+    /// What the last body is to the chain.
+    pub(super) end: Option<End>,
+}
+
+/// What the last body of the files is to the chain.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum End {
+    /// The chain ends there, and nothing holds it.
+    Free,
+    /// The chain ends there at something that holds it.
+    Fixed,
+    /// The chain goes on: what comes back from its end comes from farther away.
+    Unseen,
 }
 
 impl Chain {
@@ -173,6 +187,15 @@ impl Mapping {
         Ok(mapping)
     }
 
+    /// Whether the wave is reflected at the last body: at either end of a chain. Where the mapping does not say what it is, it is the chain's last one,
+    /// unless the mapping chose some tracks of a file.
+    pub(super) fn end_reflects(&self) -> bool {
+        match self.chain.end {
+            Some(end) => end != End::Unseen,
+            None => self.tracks.is_none(),
+        }
+    }
+
     /// Gaps that the chain has, and a place of its own for each body.
     fn expect_gaps(&self) -> Result<(), String> {
         let Chain { n_bodies, first_gap, last_gap, .. } = self.chain;
@@ -227,5 +250,29 @@ impl Time {
             (None, Some(at)) => Ok(numbers.full_series(Place(at))?.into_iter().map(|t| t * unit_s).collect()),
             (None, None) => Ok(Vec::new()),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_wave_comes_back_from_the_last_body_unless_the_chain_goes_on_there() {
+        let folder = tempfile::tempdir().unwrap();
+        let reflects = |of_chain: &str, of_tracks: &str| {
+            let path = folder.path().join("mapping.toml");
+            let text = format!(
+                "name = \"a\"\ntrials = [\"a.csv\"]\nprogram = \"trackpy\"\n{of_tracks}\n[chain]\nn_bodies = 3\npitch_m = 0.03\n{of_chain}\n\
+                 [time]\nrate_hz = 1e4\nrest_until_s = 0.0\n[displacement]\nunit_m = 1e-3\n[sigma]\nusual_m = 1e-6\n"
+            );
+            std::fs::write(&path, text).unwrap();
+            Mapping::read(&path).map(|mapping| mapping.end_reflects())
+        };
+        assert!(reflects("", "").unwrap());
+        assert!(!reflects("", "tracks = [\"1\", \"2\", \"3\"]").unwrap());
+        assert!(reflects("end = \"fixed\"", "tracks = [\"1\", \"2\", \"3\"]").unwrap());
+        assert!(reflects("end = \"free\"", "").unwrap() && !reflects("end = \"unseen\"", "").unwrap());
+        assert!(reflects("end = \"open\"", "").unwrap_err().to_string().contains("unseen"));
     }
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use chainwave_experiment::Table;
 
-use super::coverage::{Coverage, Quantity};
+use super::coverage::{Coverage, Mean, Quantity};
 use crate::error::Error;
 use crate::table::{self, column};
 use crate::terminal::say;
@@ -95,6 +95,11 @@ impl Kinds {
         let numbers = |of: fn(&Quantity) -> f64| {
             cells.iter().map(|(row, name)| row.coverage.quantity(name).map(of)).collect::<Vec<_>>()
         };
+        let sigmas = |of: fn(&Quantity) -> Mean| {
+            let sigma =
+                |(row, name): &(&Row, &str)| row.coverage.quantity(name).and_then(|found| of(found).sigma);
+            cells.iter().map(sigma).collect::<Vec<_>>()
+        };
         let columns = vec![
             column(self.column, texts(|(row, _)| row.kind.clone())),
             column("n_experiments", counts(|(row, _)| row.n_experiments)),
@@ -103,9 +108,9 @@ impl Kinds {
             column("quantity", texts(|(_, name)| (*name).to_owned())),
             column("n_stated", counts(|(row, name)| row.n_stated(name))),
             column("within_95", numbers(|found| found.within_95.value)),
-            column("within_95_uncertainty", numbers(|found| found.within_95.sigma)),
+            column("within_95_uncertainty", sigmas(|found| found.within_95)),
             column("bias_sigma", numbers(|found| found.bias.value)),
-            column("bias_uncertainty", numbers(|found| found.bias.sigma)),
+            column("bias_uncertainty", sigmas(|found| found.bias)),
             column("rms_sigma", numbers(|found| found.rms)),
         ];
         table::write(&folder.join(self.file), columns)?;
@@ -135,8 +140,7 @@ impl Kinds {
                 let told = row.coverage.quantity(name).map_or_else(
                     || "-".into(),
                     |Quantity { within_95, rms, n, .. }| {
-                        let [value, sigma] = [within_95.value, within_95.sigma].map(|share| 100.0 * share);
-                        format!("{value:.0} +- {sigma:.0}; {rms:.1}; {n}")
+                        format!("{}; {rms:.1}; {n}", within_95.in_per_cent(0))
                     },
                 );
                 line.push_str(&format!("{told:>24}"));

@@ -23,13 +23,36 @@ pub(super) struct Quantity {
     /// Intervals that were stated.
     pub(super) n: usize,
     /// Mean error in standard uncertainties.
-    pub(super) bias: Estimate,
+    pub(super) bias: Mean,
     /// Root mean square error in standard uncertainties.
     pub(super) rms: f64,
     /// Share of the 68 % intervals that hold the truth.
-    within_68: Estimate,
+    within_68: Mean,
     /// Share of the 95 % intervals.
-    pub(super) within_95: Estimate,
+    pub(super) within_95: Mean,
+}
+
+/// A mean over experiments with its standard uncertainty, which one experiment does not tell.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Mean {
+    pub(super) value: f64,
+    pub(super) sigma: Option<f64>,
+}
+
+impl Mean {
+    /// As a figure has it: without an error bar where the uncertainty is not known.
+    fn drawn(self) -> Estimate {
+        Estimate::new(self.value, self.sigma.unwrap_or(0.0))
+    }
+
+    /// With as many decimals as asked for.
+    pub(super) fn in_per_cent(self, decimals: usize) -> String {
+        let value = 100.0 * self.value;
+        match self.sigma {
+            Some(sigma) => format!("{value:.decimals$} +- {:.decimals$}", 100.0 * sigma),
+            None => format!("{value:.decimals$}"),
+        }
+    }
 }
 
 /// Sums over one experiment's estimates of one quantity.
@@ -67,21 +90,24 @@ impl Coverage {
     /// Writes `coverage.parquet` and its figure.
     pub(super) fn write(&self, folder: &Path) -> Result<(), Error> {
         let of = |value: &dyn Fn(&Quantity) -> f64| self.quantities.iter().map(value).collect::<Vec<f64>>();
+        let sigmas = |mean: &dyn Fn(&Quantity) -> Mean| {
+            self.quantities.iter().map(|one| mean(one).sigma).collect::<Vec<Option<f64>>>()
+        };
         let columns = vec![
             column("quantity", self.quantities.iter().map(|one| one.name.as_str()).collect::<Vec<_>>()),
             column("n", self.quantities.iter().map(|one| one.n as u64).collect::<Vec<_>>()),
             column("bias_sigma", of(&|one| one.bias.value)),
-            column("bias_uncertainty", of(&|one| one.bias.sigma)),
+            column("bias_uncertainty", sigmas(&|one| one.bias)),
             column("within_68", of(&|one| one.within_68.value)),
-            column("within_68_uncertainty", of(&|one| one.within_68.sigma)),
+            column("within_68_uncertainty", sigmas(&|one| one.within_68)),
             column("within_95", of(&|one| one.within_95.value)),
-            column("within_95_uncertainty", of(&|one| one.within_95.sigma)),
+            column("within_95_uncertainty", sigmas(&|one| one.within_95)),
         ];
         table::write(&folder.join("coverage.parquet"), columns)?;
         let row = |one: &Quantity| CoverageRow {
             quantity: one.name.clone(),
-            within_68: one.within_68,
-            within_95: one.within_95,
+            within_68: one.within_68.drawn(),
+            within_95: one.within_95.drawn(),
         };
         let rows: Vec<CoverageRow> = self.quantities.iter().map(row).collect();
         Ok(coverage(&folder.join("coverage"), &rows)?)
@@ -94,7 +120,7 @@ impl Coverage {
 
     /// Prints the table.
     pub(super) fn print(&self) {
-        let estimate = |found: Estimate| json!({ "value": found.value, "sigma": found.sigma });
+        let estimate = |found: Mean| json!({ "value": found.value, "sigma": found.sigma });
         let of = |one: &Quantity| {
             json!({
                 "quantity": one.name, "n": one.n, "bias_sigma": estimate(one.bias),
@@ -104,10 +130,11 @@ impl Coverage {
         tell("coverage", self.quantities.iter().map(of).collect());
         say!("{:<28}{:>8}{:>18}{:>18}{:>18}", "", "n", "bias (sigma)", "within 68 %", "within 95 %");
         for one in &self.quantities {
-            let percent =
-                |share: Estimate| format!("{:.1} +- {:.1}", 100.0 * share.value, 100.0 * share.sigma);
-            let bias = format!("{:+.2} +- {:.2}", one.bias.value, one.bias.sigma);
-            let (inner, outer) = (percent(one.within_68), percent(one.within_95));
+            let bias = match one.bias.sigma {
+                Some(sigma) => format!("{:+.2} +- {sigma:.2}", one.bias.value),
+                None => format!("{:+.2}", one.bias.value),
+            };
+            let (inner, outer) = (one.within_68.in_per_cent(1), one.within_95.in_per_cent(1));
             say!("{:<28}{:>8}{bias:>18}{inner:>18}{outer:>18}", one.name, one.n);
         }
     }
@@ -127,21 +154,61 @@ impl Tally {
 impl Quantity {
     fn of(name: String, tallies: &[Tally]) -> Self {
         let seen: Vec<Tally> = tallies.iter().copied().filter(|tally| tally.n > 0.0).collect();
-        let mean = |sum: fn(&Tally) -> f64| {
-            let shares: Vec<f64> = seen.iter().map(|tally| sum(tally) / tally.n).collect();
-            let n = shares.len() as f64;
-            let mean = shares.iter().sum::<f64>() / n;
-            let variance =
-                shares.iter().map(|share| (share - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
-            Estimate::new(mean, (variance / n).sqrt())
-        };
+        let n_intervals = seen.iter().map(|tally| tally.n).sum::<f64>();
+        let of_each =
+            |sum: fn(&Tally) -> f64| -> Vec<f64> { seen.iter().map(|tally| sum(tally) / tally.n).collect() };
+        let share = |sum: fn(&Tally) -> f64| share(&of_each(sum), n_intervals);
         Self {
             name,
-            n: seen.iter().map(|tally| tally.n).sum::<f64>() as usize,
-            bias: mean(|tally| tally.error),
-            rms: mean(|tally| tally.square).value.sqrt(),
-            within_68: mean(|tally| tally.within_68),
-            within_95: mean(|tally| tally.within_95),
+            n: n_intervals as usize,
+            bias: mean(&of_each(|tally| tally.error)),
+            rms: mean(&of_each(|tally| tally.square)).value.sqrt(),
+            within_68: share(|tally| tally.within_68),
+            within_95: share(|tally| tally.within_95),
         }
+    }
+}
+
+/// The mean over experiments, uncertain by their scatter.
+fn mean(of_each: &[f64]) -> Mean {
+    let n = of_each.len() as f64;
+    let mean = of_each.iter().sum::<f64>() / n;
+    let variance = of_each.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    Mean { value: mean, sigma: (n > 1.0).then(|| (variance / n).sqrt()) }
+}
+
+/// The share of intervals that hold, of so many in all, by the shares of each experiment. Its uncertainty is half of Wilson's 68 % interval (E. B. Wilson,
+/// J. Am. Stat. Assoc. 22 (1927) 209), which has a length also where all hold, of as many independent intervals as scatter like that from experiment to
+/// experiment: of one an experiment at least.
+fn share(of_each: &[f64], n_intervals: f64) -> Mean {
+    let Mean { value, sigma } = mean(of_each);
+    let n_experiments = of_each.len() as f64;
+    let wilson = |scatter: f64| {
+        let of_one = value * (1.0 - value);
+        let alike = of_one / scatter.powi(2);
+        let n = if alike.is_finite() { alike.clamp(n_experiments, n_intervals) } else { n_experiments };
+        (of_one / n + 0.25 / (n * n)).sqrt() / (1.0 + 1.0 / n)
+    };
+    Mean { value, sigma: sigma.map(wilson) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_share_is_uncertain_also_where_every_interval_holds() {
+        // Closed form: with all of n inside, Wilson's interval for z = 1 is from n / (n + 1) to 1.
+        let all = share(&[1.0; 8], 800.0);
+        assert!((all.sigma.unwrap() - 0.5 / 9.0).abs() < 1e-12, "{all:?}");
+        assert_eq!(share(&[1.0], 100.0).sigma, None, "one experiment does not tell");
+        assert_eq!(all.in_per_cent(1), "100.0 +- 5.6");
+        // Of one interval each, the binomial share's own error but for Wilson's shift.
+        let some = share(&[[1.0; 60].as_slice(), &[0.0; 40]].concat(), 100.0);
+        assert!((some.sigma.unwrap() / (0.6_f64 * 0.4 / 100.0).sqrt() - 1.0).abs() < 0.02, "{some:?}");
+        // Of many, the scatter of the experiments.
+        let scattered: Vec<f64> = (0..50).map(|k| if k % 2 == 0 { 0.9 } else { 1.0 }).collect();
+        let found = share(&scattered, 50_000.0);
+        assert!((found.sigma.unwrap() / mean(&scattered).sigma.unwrap() - 1.0).abs() < 0.02, "{found:?}");
     }
 }

@@ -72,7 +72,7 @@ impl Finding {
 pub(super) fn findings(setup: &Setup, results: &Results) -> Result<Vec<Finding>, Error> {
     let Results { tracked, evaluation, truth, .. } = results;
     let truth = truth.as_ref().ok_or_else(|| {
-        Error::configuration(&setup.path, "expected truth.json beside the recordings, found none")
+        Error::configuration(&setup.path, "expected truth.json beside the recordings, found none".into())
     })?;
     let mut found = Vec::new();
     let mut add = |quantity: &'static str, estimate: Estimate, truth: f64| {

@@ -2,10 +2,11 @@
 
 use std::path::Path;
 
-use chainwave_experiment::{Economy, Evaluation, Outlook, RecordingState, Setup, State, economy, outcome};
+use chainwave_experiment::{Economy, Evaluation, Outlook, Setup, economy, outcome};
 use chainwave_measurement::Estimate;
 use serde_json::json;
 
+use super::outputs;
 use super::summary::print_lines;
 use crate::cli;
 use crate::error::Error;
@@ -94,20 +95,14 @@ pub(super) fn write(out: &Path, economy: &Economy, reached: &[Reached<'_>]) -> R
     let found = json!({
         "results": results, "decisions": economy.decisions, "share_of_pixels": work, "n_rehearsals": n_rehearsals,
     });
-    write_json(&out.join("accuracy.json"), &found)
+    write_json(&out.join(outputs::ACCURACY), &found)
 }
 
-/// The recordings that were not needed.
-pub(super) fn not_needed(setup: &Setup, economy: &Economy) -> Vec<RecordingState> {
+/// The recordings that were not needed, each with the reason.
+pub(super) fn not_needed(stated: &Setup, economy: &Economy) -> Vec<(String, String)> {
     let is_used = |name: &str| economy.setup.trials.iter().any(|trial| trial.recording == name);
     let aims: Vec<String> = economy.outlooks.iter().map(|one| one.aim.to_string()).collect();
-    let left = setup.trials.iter().filter(|trial| !is_used(&trial.recording));
-    let of = left.map(|trial| RecordingState {
-        recording: trial.recording.clone(),
-        view: trial.view,
-        trial: trial.trial,
-        state: State::LeftOut,
-        reason: Some(format!("not needed for {}", aims.join(" and "))),
-    });
-    of.collect()
+    let reason = format!("not needed for {}", aims.join(" and "));
+    let left = stated.trials.iter().filter(|trial| !is_used(&trial.recording));
+    left.map(|trial| (trial.recording.clone(), reason.clone())).collect()
 }

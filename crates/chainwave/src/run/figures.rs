@@ -1,12 +1,10 @@
 //! Every figure of a run.
 
-use std::ffi::OsStr;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use chainwave_analysis::{
-    CameraMotion, DispersionMap, GapFront, LocalResonance, Measurement, Missing, StrainMap, line_rule,
-    normalised_residuals,
+    CameraMotion, DampingShare, DispersionMap, GapFront, LocalResonance, Measurement, Missing, StrainMap,
+    line_rule, normalised_residuals,
 };
 use chainwave_experiment::{Evaluation, Experiment, ModelBeside};
 use chainwave_figures::{
@@ -19,8 +17,7 @@ use chainwave_measurement::{ChainMotion, Estimate};
 use super::figures_folder;
 use crate::error::Error;
 use crate::outcome::Outcome;
-use crate::output::remove;
-use crate::wave::{nearest, place_at};
+use crate::wave::{about_peak, broken_profile, nearest, place_at};
 
 /// A figure that was drawn.
 pub(crate) struct Figure {
@@ -28,39 +25,6 @@ pub(crate) struct Figure {
     pub(crate) name: String,
     /// What it shows.
     pub(crate) caption: String,
-}
-
-/// The figures that runs draw, by name, and how names of numbered ones begin.
-const NAMES: [&str; 10] = [
-    "displacements",
-    "strain-map",
-    "strain-profiles",
-    "peak-trace",
-    "front-width",
-    "peak-energy",
-    "tail-spectrum",
-    "dispersion",
-    "residual-map",
-    "camera-motion",
-];
-const NUMBERED: &str = "subsets-view-";
-/// Endings of a figure's files.
-const ENDINGS: [&str; 3] = ["svg", "png", "pdf"];
-
-/// Removes the figures of an earlier run that this one did not draw, which would be taken for its own; what no run draws stays.
-pub(super) fn remove_others(out: &Path, drawn: &[Figure]) -> Result<(), Error> {
-    let folder = out.join("figures");
-    let Ok(entries) = fs::read_dir(&folder) else { return Ok(()) };
-    for path in entries.filter_map(|entry| Some(entry.ok()?.path())) {
-        let part = |of: Option<&OsStr>| of.and_then(OsStr::to_str).unwrap_or_default().to_owned();
-        let (name, ending) = (part(path.file_stem()), part(path.extension()));
-        let is_of_a_run = NAMES.contains(&name.as_str())
-            || name.strip_prefix(NUMBERED).is_some_and(|number| number.parse::<u32>().is_ok());
-        if is_of_a_run && ENDINGS.contains(&ending.as_str()) && !drawn.iter().any(|one| one.name == name) {
-            remove(&path)?;
-        }
-    }
-    Ok(())
 }
 
 /// Draws every figure of a run; one that cannot be drawn is named, and the others are there.
@@ -187,8 +151,7 @@ impl Album<'_> {
         let mut series = vec![Series::measured("experiment", points.collect())];
         if let Some(model) = &self.evaluation.model {
             let strain = model.measurement.strain.strain.column(index);
-            let line = strain.iter().enumerate().filter_map(|(row, u)| Some(((row + 1) as f64, (*u)?.value)));
-            series.push(Series::model("chain model", line));
+            series.push(Series::model("chain model", broken_profile(&strain)));
         }
         ProfilePanel { time_s: map.times_s[index], series, front: self.front_at(map.times_s[index]) }
     }
@@ -248,6 +211,7 @@ impl Album<'_> {
         })
     }
 
+    /// The leading pulse at a time; it breaks where strain was not measured, and is left out where that is so about its peak.
     fn aligned_pulse(&self, time_s: f64) -> Option<FrontPulse> {
         const REACH: f64 = 8.0;
         let map = &self.evaluation.measurement.strain;
@@ -256,20 +220,18 @@ impl Album<'_> {
         let peaks: Vec<(f64, f64)> =
             fronts.map(|front| (front.gap as f64, front.peak_time_s.value)).collect();
         let peak = place_at(&peaks, map.times_s[index])?;
-        let strain = map.strain.column(index);
-        let profile =
-            strain.iter().enumerate().filter_map(|(row, u)| Some(((row + 1) as f64 - peak, (*u)?.value)));
-        let profile = profile.filter(|(offset, _)| offset.abs() <= REACH).collect();
+        let profile = about_peak(&broken_profile(&map.strain.column(index)), peak, REACH)?;
         Some(FrontPulse { time_s: map.times_s[index], profile })
     }
 
     fn peak_energy(&self) -> Result<Figure, Error> {
         let energies = self.evaluation.measurement.energies.as_ref();
         let model = self.evaluation.model.as_ref();
-        // The input is what gap 1 would take up without damping; without a model, what it was measured to take up.
+        // The input is what gap 1 would take up without damping; without a model, all that is known is what a gap was measured to take up.
         let modelled_input = model.and_then(|model| model.undamped_j.first().copied());
-        let measured_input = energies.and_then(|energies| Some(energies.energy_j.first()?.value));
-        let input_j = modelled_input.or(measured_input).unwrap_or(1.0);
+        let first = energies.and_then(|found| Some((*found.gaps.first()?, found.energy_j.first()?.value)));
+        let relative_to_gap = first.map(|(gap, _)| gap).filter(|_| modelled_input.is_none());
+        let input_j = modelled_input.or(first.map(|(_, energy_j)| energy_j)).unwrap_or(1.0);
         let measured = energies.map_or_else(Vec::new, |energies| {
             let point = |(gap, energy): (&usize, &Estimate)| {
                 DataPoint::measured(*gap as f64, energy.scaled(1.0 / input_j))
@@ -283,26 +245,28 @@ impl Album<'_> {
         let share = model
             .and_then(ModelBeside::damping_share)
             .filter(|share| share.spread >= 0.0 && share.damped >= 0.0);
+        let is_of_uniform_chain = self.experiment.is_uniform()?;
         let energy = PeakEnergy {
             measured,
             damped: model.map_or_else(Vec::new, |model| ratio(&model.damped_j)),
             undamped: model.map_or_else(Vec::new, |model| ratio(&model.undamped_j)),
-            shares: share.map(|share| EnergyShares { dispersion: share.spread, damping: share.damped }),
+            shares: share.map(|share| EnergyShares {
+                dispersion: share.spread,
+                damping: share.damped,
+                gap: Some(share.gap),
+                is_of_uniform_chain,
+            }),
+            relative_to_gap,
         };
         chainwave_figures::peak_energy(&self.folder.join("peak-energy"), &energy)?;
-        let told = share.map_or_else(String::new, |share| {
-            format!(
-                " At gap {}, dispersion and rarefaction took {:.1} % of the undamped input and damping {:.1} %.",
-                share.gap,
-                100.0 * share.spread,
-                100.0 * share.damped
-            )
-        });
+        let relative_to = match relative_to_gap {
+            Some(gap) => format!("that of gap {gap}, as measured"),
+            None => "the input, which is what gap 1 takes up without damping".into(),
+        };
+        let told = share.map_or_else(String::new, |share| told_of_loss(&share, is_of_uniform_chain));
         Ok(Figure {
             name: "peak-energy".into(),
-            caption: format!(
-                "Peak potential energy of each gap relative to the input, which is what gap 1 takes up without damping.{told}"
-            ),
+            caption: format!("Peak potential energy of each gap relative to {relative_to}.{told}"),
         })
     }
 
@@ -370,6 +334,20 @@ impl Album<'_> {
     }
 }
 
+/// What took the peak energy on its way.
+fn told_of_loss(share: &DampingShare, is_of_uniform_chain: bool) -> String {
+    let without_damping = match is_of_uniform_chain {
+        true => "dispersion and rarefaction",
+        false => "what the chain does without damping",
+    };
+    format!(
+        " At gap {}, {without_damping} took {:.1} % of the undamped input and damping {:.1} %.",
+        share.gap,
+        100.0 * share.spread,
+        100.0 * share.damped
+    )
+}
+
 /// Whether the highest maximum of the tails' power is a frequency of the wave: a line by the test, where the chain lets waves pass.
 fn is_line_in_band(found: &LocalResonance, band_edge_hz: f64) -> bool {
     line_rule().rejects(found.line.p_value) && found.frequency_hz.value <= band_edge_hz
@@ -383,7 +361,8 @@ fn told_of_the_tail(found: &Result<LocalResonance, Missing>, band_edge_hz: f64) 
     };
     let (frequency_hz, p_value) = (found.frequency_hz.value, found.line.p_value);
     let tested = format!(
-        "if there were no line, tails would look as much like one at some frequency with a probability of {p_value:.2}"
+        "if there were no line, tails would look as much like one at some frequency with a probability of {}",
+        probability(p_value)
     );
     let of_what = if frequency_hz > band_edge_hz {
         "lies beyond the band of the chain model and is not marked"
@@ -396,6 +375,11 @@ fn told_of_the_tail(found: &Result<LocalResonance, Missing>, band_edge_hz: f64) 
         "Its highest maximum, at {frequency_hz:.0} Hz with a resolution of {:.0} Hz, {of_what}: {tested}.",
         found.resolution_hz
     )
+}
+
+/// A probability to two decimals, or two digits where it is small.
+fn probability(p: f64) -> String {
+    if p < 0.01 { format!("{p:.1e}") } else { format!("{p:.2}") }
 }
 
 /// A strain map with its traces.

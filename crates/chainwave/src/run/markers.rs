@@ -8,6 +8,7 @@ use chainwave_figures::{MarkedFrame, MarkedSubset, marked_frame};
 
 use super::figures::Figure;
 use super::figures_folder;
+use super::outputs::NUMBERED_FIGURE;
 use crate::error::Error;
 use crate::outcome::Outcome;
 
@@ -56,7 +57,7 @@ fn figure(setup: &Setup, folder: &Path, one: &TrackedRecording) -> Result<Figure
         grays: picture.pixels,
         subsets: one.tracks.bodies.iter().filter_map(subset).collect(),
     };
-    let name = format!("subsets-view-{}", one.trial.view);
+    let name = format!("{NUMBERED_FIGURE}{}", one.trial.view);
     marked_frame(&folder.join(&name), &marked)?;
     Ok(Figure {
         name,

@@ -3,14 +3,12 @@
 use std::path::Path;
 
 use chainwave_camera::vision_library;
-use chainwave_experiment::{Experiment, Setup, Trial, corrections_csv, fingerprint};
+use chainwave_experiment::{Experiment, RecordingState, Setup, Trial, corrections_csv, fingerprint};
 use serde::Serialize;
 
+use super::outputs::PROVENANCE;
 use crate::error::Error;
 use crate::output::write_text;
-
-/// Stands in a folder of results: their recordings by name, and their settings.
-pub(crate) const PROVENANCE: &str = "provenance.toml";
 
 /// What the results came from: enough to tell whether a run can be repeated.
 #[derive(Serialize)]
@@ -42,15 +40,26 @@ struct CorrectionsFile<'a> {
 struct Source {
     recording: String,
     fingerprint: String,
+    /// What became of it, as in `results.json`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    state: Option<&'static str>,
 }
 
-/// Writes `provenance.toml`. It holds no time and no path, so equal inputs give equal bytes.
-pub(crate) fn write(setup: &Setup, out: &Path) -> Result<(), Error> {
+/// Writes `provenance.toml` of an experiment that was run with these settings: every recording that it states, with what became of it. It holds no
+/// time and no path, so equal inputs give equal bytes.
+pub(crate) fn write(
+    stated: &Setup,
+    as_run: &Experiment,
+    states: &[RecordingState],
+    out: &Path,
+) -> Result<(), Error> {
+    let state_of = |name: &str| states.iter().find(|one| one.recording == name).map(|one| one.state.as_str());
     let source = |trial: &Trial| {
-        let fingerprint = fingerprint(&setup.path_of(trial));
+        let fingerprint = fingerprint(&stated.path_of(trial));
         Source {
             recording: trial.recording.clone(),
             fingerprint: fingerprint.unwrap_or_else(|_missing| "not read".into()),
+            state: state_of(&trial.recording),
         }
     };
     let provenance = Provenance {
@@ -58,14 +67,14 @@ pub(crate) fn write(setup: &Setup, out: &Path) -> Result<(), Error> {
         version: env!("CARGO_PKG_VERSION"),
         opencv: vision_library().is_some(),
         opencv_version: vision_library().map(|library| library.version()),
-        corrections: setup.corrections.source.as_ref().map(|(file, sha256)| CorrectionsFile {
+        corrections: stated.corrections.source.as_ref().map(|(file, sha256)| CorrectionsFile {
             file,
             sha256,
-            n_corrections: setup.corrections.list.len(),
-            text: corrections_csv(&setup.corrections.list),
+            n_corrections: stated.corrections.list.len(),
+            text: corrections_csv(&stated.corrections.list),
         }),
-        recordings: setup.trials.iter().map(source).collect(),
-        experiment: &setup.experiment,
+        recordings: stated.trials.iter().map(source).collect(),
+        experiment: as_run,
     };
     let text = toml::to_string(&provenance).map_err(|wrong| Error::Argument(wrong.to_string()))?;
     write_text(&out.join(PROVENANCE), &text)

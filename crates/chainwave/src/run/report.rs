@@ -11,14 +11,16 @@ mod wave;
 use std::path::Path;
 
 use chainwave_camera::vision_library;
-use chainwave_experiment::{Decision, Evaluation, Plan, Results, Setup, State, TRACKS};
+use chainwave_experiment::{Decision, Evaluation, Plan, RecordingState, Results, Setup, State, TRACKS};
 use chainwave_inference::TrackFit;
 use chainwave_measurement::Estimate;
 
 use self::markup::{Cell, escaped, inlined, table};
 use super::accuracy::Reached;
 use super::figures::Figure;
-use super::summary::{Row, rows};
+use super::outputs::{PROVENANCE, REPORT, RESULTS};
+use super::summary::{Row, decimals, rows};
+use super::velocity::{Done, End, Evaluated};
 use crate::error::Error;
 use crate::output::{read_bytes, write_text};
 
@@ -38,13 +40,14 @@ pub(crate) fn write(
     setup: &Setup,
     out: &Path,
     results: &Results,
+    states: &[RecordingState],
     figures: &[Figure],
     rehearsed: &Rehearsed<'_>,
 ) -> Result<(), Error> {
     let shown = figures.iter().map(|one| figure(out, one)).collect::<Result<String, _>>()?;
     let body = [
-        format!("<h1>{}</h1>{}", escaped(&setup.experiment.name), introduction(setup, results)),
-        problems(setup, results),
+        format!("<h1>{}</h1>{}", escaped(&setup.experiment.name), introduction(setup, results, states)),
+        problems(results, states),
         format!("<h2>Results</h2>{}", numbers_table(&rows(&results.evaluation, results.truth.as_ref()))),
         believed_fit(&results.evaluation).map_or_else(String::new, intervals::section),
         rehearsed.reached.map_or_else(String::new, prediction::asked),
@@ -54,46 +57,74 @@ pub(crate) fn write(
         format!("<h2>Figures</h2>{shown}"),
         decisions_table(&results.decisions),
         settings::section(setup, results),
-        recordings::section(setup, results),
+        recordings::section(results, states),
         provenance(""),
     ];
-    write_text(&out.join("report.html"), &page(&setup.experiment.name, &body.concat()))
+    write_text(&out.join(REPORT), &page(&setup.experiment.name, &body.concat()))
 }
 
-/// One velocity of the striker among several: what it was processed with, what came out, and the folder of its results.
-pub(super) struct Velocity<'a> {
+/// One velocity of the striker among several: what became of it, and the folder of its results.
+pub(super) struct OneOfSeveral<'a> {
     pub(super) setup: &'a Setup,
-    pub(super) evaluation: &'a Evaluation,
+    pub(super) done: &'a Done,
     pub(super) folder: String,
 }
 
-/// Writes the `report.html` of an experiment of several striker velocities: what differs among them, and the way to each.
+impl OneOfSeveral<'_> {
+    fn title(&self) -> String {
+        format!("Striker at {} m/s", self.setup.experiment.nominal_drive().value)
+    }
+
+    /// Why nothing follows from it, where nothing does.
+    fn failure(&self) -> Option<String> {
+        match &self.done.end {
+            End::Evaluated(_) => None,
+            End::Unsolved(reason) => Some(reason.clone()),
+            End::Nothing(error) => Some(error.to_string()),
+        }
+    }
+
+    fn section(&self) -> Option<String> {
+        let End::Evaluated(found) = &self.done.end else { return None };
+        let Evaluated { evaluation, .. } = found.as_ref();
+        Some(format!(
+            "<h2>{}</h2><p><a href=\"{}/{REPORT}\">Its report</a>, with all of its figures, decisions and recordings.</p>{}{}",
+            self.title(),
+            escaped(&self.folder),
+            list("problems", warnings_of(evaluation)),
+            numbers_table(&rows(evaluation, None))
+        ))
+    }
+}
+
+/// Writes the `report.html` of an experiment of several striker velocities: those that failed, what differs among the others, and the way to each.
 pub(super) fn write_comparison(
     out: &Path,
-    velocities: &[Velocity<'_>],
+    name: &str,
+    velocities: &[OneOfSeveral<'_>],
     figures: &[Figure],
 ) -> Result<(), Error> {
-    let Some(first) = velocities.first() else { return Ok(()) };
-    let name = &first.setup.experiment.name;
     let shown = figures.iter().map(|one| figure(out, one)).collect::<Result<String, _>>()?;
-    let section = |one: &Velocity<'_>| {
-        let velocity_m_per_s = one.setup.experiment.nominal_drive().value;
-        let folder = escaped(&one.folder);
-        format!(
-            "<h2>Striker at {velocity_m_per_s} m/s</h2><p><a href=\"{folder}/report.html\">Its report</a>, with all of its figures, decisions and \
-             recordings.</p>{}{}",
-            list("problems", warnings_of(one.evaluation)),
-            numbers_table(&rows(one.evaluation, None))
-        )
+    let failed = velocities.iter().filter_map(|one| {
+        let missing = missing(&one.done.states);
+        let reasons = std::iter::once(escaped(&one.failure()?)).chain(missing).collect();
+        Some(format!("<h2>{} could not be evaluated</h2>{}", one.title(), list("problems", reasons)))
+    });
+    let failed: String = failed.collect();
+    let sections: Vec<String> = velocities.iter().filter_map(OneOfSeveral::section).collect();
+    let waves = match figures.is_empty() {
+        true => String::new(),
+        false => format!("<h2>Group velocity</h2>{shown}"),
     };
-    let sections: String = velocities.iter().map(section).collect();
     let body = format!(
-        "<h1>{}</h1><p>{} striker velocities.</p><h2>Group velocity</h2>{shown}{sections}{}",
+        "<h1>{}</h1><p>{} of {} striker velocities were evaluated.</p>{failed}{waves}{}{}",
         escaped(name),
+        sections.len(),
         velocities.len(),
+        sections.concat(),
         provenance("its folder's ")
     );
-    write_text(&out.join("report.html"), &page(name, &body))
+    write_text(&out.join(REPORT), &page(name, &body))
 }
 
 /// Warnings and refusals of one evaluation, as items of a list.
@@ -122,24 +153,18 @@ fn page(title: &str, body: &str) -> String {
     )
 }
 
-fn introduction(setup: &Setup, results: &Results) -> String {
+fn introduction(setup: &Setup, results: &Results, states: &[RecordingState]) -> String {
     format!(
         "<p>{} bodies; {} of {} recordings are in the motion. Every number stands with its standard uncertainty.</p>",
         setup.experiment.chain.n_bodies,
         results.evaluation.stitched.alignments.len(),
-        setup.trials.len()
+        states.len()
     )
 }
 
 /// What may not be trusted: recordings that are missing, results that were refused, warnings.
-fn problems(setup: &Setup, results: &Results) -> String {
-    let states = results.recording_states(setup);
-    let missing = states.iter().filter(|one| one.state != State::Used).map(|one| {
-        let state = if one.state == State::Failed { "could not be used" } else { "was left out" };
-        let reason = one.reason.as_deref().unwrap_or("no reason is known");
-        format!("<strong>{}</strong> {state}: {}", escaped(&one.recording), escaped(reason))
-    });
-    let mut said: Vec<String> = missing.collect();
+fn problems(results: &Results, states: &[RecordingState]) -> String {
+    let mut said = missing(states);
     let of_findings = results.tracked.findings.iter().map(|finding| escaped(&finding.to_string()));
     for one in of_findings.chain(warnings_of(&results.evaluation)) {
         if !said.contains(&one) {
@@ -152,6 +177,32 @@ fn problems(setup: &Setup, results: &Results) -> String {
     }
 }
 
+/// Recordings that the motion does not have; those of which the same is said stand together.
+fn missing(states: &[RecordingState]) -> Vec<String> {
+    const MOST: usize = 3;
+    let mut fates: Vec<(State, &str, Vec<&str>)> = Vec::new();
+    for one in states.iter().filter(|one| one.state != State::Used) {
+        let reason = one.reason.as_deref().unwrap_or("no reason is known");
+        match fates.iter_mut().find(|(state, why, _)| *state == one.state && *why == reason) {
+            Some((.., names)) => names.push(&one.recording),
+            None => fates.push((one.state, reason, vec![&one.recording])),
+        }
+    }
+    let said = |(state, reason, names): (State, &str, Vec<&str>)| {
+        let fate = match (state, names.len()) {
+            (State::Failed, _) => "could not be used",
+            (_, 1) => "was left out",
+            _ => "were left out",
+        };
+        let names = match names.as_slice() {
+            [first, others @ ..] if others.len() >= MOST => format!("{first} and {} others", others.len()),
+            few => few.join(", "),
+        };
+        format!("<strong>{}</strong> {fate}: {}", escaped(&names), escaped(reason))
+    };
+    fates.into_iter().map(said).collect()
+}
+
 /// Values with their intervals, and the truth where it is known.
 fn numbers_table(rows: &[Row]) -> String {
     let is_known = rows.iter().any(|row| row.truth.is_some());
@@ -161,17 +212,21 @@ fn numbers_table(rows: &[Row]) -> String {
             Ok(Estimate { value, sigma }) => {
                 let half = Estimate::COVERAGE_95 * sigma;
                 let relative = 100.0 * sigma / value.abs();
+                let digits = decimals(*sigma);
                 cells.extend([
-                    Cell::Number(format!("{value:.5}")),
-                    Cell::Number(format!("{sigma:.5}")),
-                    Cell::Number(format!("{:.5} to {:.5}", value - half, value + half)),
+                    Cell::Number(format!("{value:.digits$}")),
+                    Cell::Number(format!("{sigma:.digits$}")),
+                    Cell::Number(format!("{:.digits$} to {:.digits$}", value - half, value + half)),
                     Cell::Number(if relative.is_finite() { format!("{relative:.3}") } else { String::new() }),
                 ]);
             }
             Err(reason) => cells.push(Cell::text(reason)),
         }
-        let known = row.truth.filter(|_| is_known && row.measured.is_ok());
-        cells.extend(known.map(|truth| Cell::Number(format!("{truth:.5}"))));
+        let known = row.truth.filter(|_| is_known).zip(row.measured.as_ref().ok());
+        cells.extend(known.map(|(truth, found)| {
+            let digits = decimals(found.sigma);
+            Cell::Number(format!("{truth:.digits$}"))
+        }));
         cells
     };
     let mut heads = vec!["", "measured", "σ", "95 % interval", "σ (%)"];
@@ -217,7 +272,7 @@ fn provenance(where_from: &str) -> String {
         "<h2>Provenance</h2><p>chainwave {}{with}. Settings and recordings with their fingerprints stand in {}, all numbers in {} and the \
          Parquet tables beside it.</p>",
         env!("CARGO_PKG_VERSION"),
-        link("provenance.toml"),
-        link("results.json"),
+        link(PROVENANCE),
+        link(RESULTS),
     )
 }

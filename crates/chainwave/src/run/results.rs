@@ -6,8 +6,7 @@ use chainwave_analysis::{DampingShare, GroupVelocity, LocalResonance, Measuremen
 use chainwave_experiment::{
     BEHIND_BODY_1, Evaluation, Finding, ModelBeside, PEAK_ENERGIES, RELEASE, RecordingState, Results, Setup,
     SideMotion, Standing, TRACKS, TrackRows, Tracked, Trial, dispersion_table, energy_table, front_table,
-    half_width_table, motion_by_model_table, motion_table, pulse_table, recording_states, spectrum_table,
-    strain_table,
+    half_width_table, motion_by_model_table, motion_table, pulse_table, spectrum_table, strain_table,
 };
 use chainwave_inference::{
     Damping, EnergyFit, FitError, FittedRecording, ImposedFit, Quantity, ReleasedFit, Structure, TrackFit,
@@ -17,7 +16,7 @@ use chainwave_stitching::{Alignment, Stitched};
 use polars_core::prelude::Column;
 use serde_json::{Map, Value, json};
 
-use super::figures;
+use super::outputs;
 use super::pulses::{collisions_as_json, pulses_as_json};
 use crate::error::Error;
 use crate::output::{remove, write_json};
@@ -27,35 +26,18 @@ use crate::table::{self, column};
 pub(crate) fn write_tracks(out: &Path, tracked: &Tracked) -> Result<(), Error> {
     let mut tracks = TrackRows::default();
     tracked.recordings.iter().for_each(|one| tracks.add_bodies(&one.trial.recording, &one.tracks));
-    table::write_result(&out.join("tracks.parquet"), tracks.table())
+    table::write_result(&out.join(outputs::TRACKS), tracks.table())
 }
-
-/// What follows from a motion, and so is missing where none was found.
-const OF_MOTION: [&str; 13] = [
-    "motion.parquet",
-    "motion_by_model.parquet",
-    "strain.parquet",
-    "front.parquet",
-    "hwhm.parquet",
-    "energy.parquet",
-    "pulses.parquet",
-    "spectrum.parquet",
-    "dispersion.parquet",
-    "alignment.parquet",
-    "decisions.json",
-    "report.html",
-    "results.json",
-];
 
 /// Writes `results.json` of tracks that could not be evaluated: the reason, and what contradicts the experiment. What an earlier run left
 /// in its place goes, as it would be taken for this one's.
 pub(crate) fn write_unsolved(
     out: &Path,
     findings: &[Finding],
-    recordings: Vec<RecordingState>,
+    recordings: &[RecordingState],
     reason: &str,
 ) -> Result<(), Error> {
-    remove_results(out)?;
+    outputs::remove_conclusions(out)?;
     let unsolved = Finding { code: "unsolved", subject: "the tracks".into(), text: reason.to_owned() };
     let warnings: Vec<Finding> = std::iter::once(unsolved).chain(findings.iter().cloned()).collect();
     let mut results = Map::from_iter([
@@ -64,38 +46,27 @@ pub(crate) fn write_unsolved(
     ]);
     let refused = ["group_velocity_m_per_s", "c_d_kg_per_s", "c_s_kg_per_s", "local_resonance_hz"];
     results.extend(refused.map(|name| (format!("{name}_refused"), json!(reason))));
-    write_json(&out.join("results.json"), &Value::Object(results))
-}
-
-/// Removes what an earlier run found in a motion, and the figures that it drew of it; files that no run writes stay.
-pub(crate) fn remove_results(out: &Path) -> Result<(), Error> {
-    OF_MOTION.iter().try_for_each(|name| remove(&out.join(name)))?;
-    figures::remove_others(out, &[])
-}
-
-/// Removes the tracks of an earlier run.
-pub(crate) fn remove_tracks(out: &Path) -> Result<(), Error> {
-    remove(&out.join("tracks.parquet"))
-}
-
-/// Removes what an earlier run's rehearsals told, which is not this one's.
-pub(crate) fn remove_rehearsed(out: &Path) -> Result<(), Error> {
-    ["accuracy.json", "error_budget.json"].iter().try_for_each(|name| remove(&out.join(name)))
+    write_json(&out.join(outputs::RESULTS), &Value::Object(results))
 }
 
 /// Writes every table of the interface but the tracks, `results.json` and `decisions.json`.
-pub(crate) fn write(setup: &Setup, out: &Path, results: &Results) -> Result<(), Error> {
+pub(crate) fn write(
+    setup: &Setup,
+    out: &Path,
+    results: &Results,
+    states: &[RecordingState],
+) -> Result<(), Error> {
     let Results { tracked, evaluation, decisions, .. } = results;
     let measurement = &evaluation.measurement;
     write_measurement(out, &evaluation.stitched, Some(&evaluation.side_motion), measurement)?;
     write_by_model(out, evaluation)?;
-    table::write_result(&out.join("energy.parquet"), energy_table(measurement))?;
-    table::write_result(&out.join("pulses.parquet"), pulse_table(&evaluation.pulses))?;
+    table::write_result(&out.join(outputs::ENERGY), energy_table(measurement))?;
+    table::write_result(&out.join(outputs::PULSES), pulse_table(&evaluation.pulses))?;
     let limit_hz = 3.0 * setup.experiment.band_edge_hz()?;
-    table::write_result(&out.join("dispersion.parquet"), dispersion_table(limit_hz, measurement))?;
+    table::write_result(&out.join(outputs::DISPERSION), dispersion_table(limit_hz, measurement))?;
     write_alignment(out, tracked, evaluation)?;
-    write_json(&out.join("results.json"), &as_json(setup, tracked, evaluation))?;
-    write_json(&out.join("decisions.json"), &decisions)
+    write_json(&out.join(outputs::RESULTS), &as_json(setup, evaluation, states))?;
+    write_json(&out.join(outputs::DECISIONS), &decisions)
 }
 
 /// Writes the tables that follow from a motion alone.
@@ -106,16 +77,16 @@ pub(crate) fn write_measurement(
     measurement: &Measurement,
 ) -> Result<(), Error> {
     let write = |name: &str, table| table::write_result(&folder.join(name), table);
-    write("motion.parquet", motion_table(stitched, side_motion))?;
-    write("strain.parquet", strain_table(measurement))?;
-    write("front.parquet", front_table(measurement))?;
-    write("hwhm.parquet", half_width_table(measurement))?;
-    write("spectrum.parquet", spectrum_table(measurement))
+    write(outputs::MOTION, motion_table(stitched, side_motion))?;
+    write(outputs::STRAIN, strain_table(measurement))?;
+    write(outputs::FRONT, front_table(measurement))?;
+    write(outputs::HWHM, half_width_table(measurement))?;
+    write(outputs::SPECTRUM, spectrum_table(measurement))
 }
 
 /// The motion aligned by the chain model; what an earlier run left goes where there is none.
 fn write_by_model(folder: &Path, evaluation: &Evaluation) -> Result<(), Error> {
-    let path = folder.join("motion_by_model.parquet");
+    let path = folder.join(outputs::MOTION_BY_MODEL);
     let Some(motion) = &evaluation.by_model else { return remove(&path) };
     let table = motion_by_model_table(motion, &evaluation.stitched, &evaluation.side_motion);
     table::write_result(&path, table)
@@ -170,7 +141,7 @@ fn write_alignment(folder: &Path, tracked: &Tracked, evaluation: &Evaluation) ->
         column("model_scatter_ratio", fitted(&|one| one.scatter_ratio)),
     ];
     let stages = stage_columns(tracked, alignments);
-    table::write(&folder.join("alignment.parquet"), columns.into_iter().chain(stages).collect())
+    table::write(&folder.join(outputs::ALIGNMENT), columns.into_iter().chain(stages).collect())
 }
 
 /// Where the stage stood by the experiment, and by the bodies that views share; empty where nothing ties a view to another.
@@ -188,7 +159,7 @@ fn stage_columns(tracked: &Tracked, alignments: &[Alignment]) -> [Column; 3] {
     ]
 }
 
-fn as_json(setup: &Setup, tracked: &Tracked, evaluation: &Evaluation) -> Value {
+fn as_json(setup: &Setup, evaluation: &Evaluation, states: &[RecordingState]) -> Value {
     let measurement = &evaluation.measurement;
     let mut results = Map::new();
     let velocity = measurement.group_velocity.as_ref().map(|velocity| velocity.velocity_m_per_s);
@@ -250,7 +221,6 @@ fn as_json(setup: &Setup, tracked: &Tracked, evaluation: &Evaluation) -> Value {
         results.insert("pulses_refused".into(), json!("not asked for (analysis.pulses = false)"));
     }
     results.insert("warnings".into(), warnings_as_json(&evaluation.warnings()));
-    let states = recording_states(&setup.trials, &tracked.failed, &evaluation.left_out_recordings());
     results.insert("recordings".into(), states_as_json(states));
     Value::Object(results)
 }
@@ -271,12 +241,12 @@ pub(crate) fn write_states(out: &Path, states: &[RecordingState]) -> Result<(), 
         column("state", texts(&|one| one.state.as_str().to_owned())),
         column("reason", states.iter().map(|one| one.reason.clone()).collect::<Vec<_>>()),
     ];
-    table::write(&out.join("recordings.csv"), columns)
+    table::write(&out.join(outputs::RECORDINGS), columns)
 }
 
 /// What became of each recording.
-pub(crate) fn states_as_json(states: Vec<RecordingState>) -> Value {
-    let of = |one: RecordingState| {
+pub(crate) fn states_as_json(states: &[RecordingState]) -> Value {
+    let of = |one: &RecordingState| {
         json!({
             "recording": one.recording,
             "view": one.view,
@@ -285,7 +255,7 @@ pub(crate) fn states_as_json(states: Vec<RecordingState>) -> Value {
             "reason": one.reason,
         })
     };
-    states.into_iter().map(of).collect()
+    states.iter().map(of).collect()
 }
 
 fn resonance_as_json(resonance: &LocalResonance) -> Value {

@@ -3,13 +3,14 @@
 use std::path::Path;
 
 use chainwave_experiment::{
-    BEHIND_BODY_1, Evaluation, KnownTruth, PEAK_ENERGIES, RELEASE, RecordingState, Results, Setup, State,
-    TRACKS,
+    BEHIND_BODY_1, Evaluation, ITS_C_D, KnownTruth, PEAK_ENERGIES, RELEASE, RecordingState, Results, Setup,
+    State, TRACKS,
 };
 use chainwave_inference::{Damping, FitError};
 use chainwave_measurement::Estimate;
 
-use super::Clock;
+use super::outputs::{RECORDINGS, REPORT};
+use super::velocity::Clock;
 use crate::terminal::say;
 
 /// Prints lines.
@@ -30,7 +31,7 @@ pub(crate) fn print_states(out: &Path, states: &[RecordingState]) {
         let reason = one.reason.as_deref().unwrap_or("no reason is known");
         say!("{} {}: {reason}", one.recording, one.state.as_str());
     }
-    let list = out.join("recordings.csv");
+    let list = out.join(RECORDINGS);
     say!(
         "{} recordings: {used} used, {left_out} left out, {failed} failed; each in {}",
         states.len(),
@@ -61,7 +62,7 @@ pub(crate) fn print(setup: &Setup, out: &Path, results: &Results, clock: &Clock)
     for (name, seconds) in clock.stages() {
         say!("{seconds:8.2} s  {name}");
     }
-    say!("figures in {}, report in {}", out.join("figures").display(), out.join("report.html").display());
+    say!("figures in {}, report in {}", out.join("figures").display(), out.join(REPORT).display());
 }
 
 /// One measured quantity in the unit of the summary.
@@ -80,11 +81,22 @@ impl Row {
             Ok(estimate) => estimate,
             Err(reason) => return format!("{:<34}{reason}", self.name),
         };
+        let digits = decimals(estimate.sigma);
         let beside = self.truth.map_or_else(String::new, |truth| {
             let off = (estimate.value - truth) / estimate.sigma;
-            format!("{truth:>13.5}{off:>+7.2} s")
+            format!("{truth:>13.digits$}{off:>+7.2} s")
         });
-        format!("{:<34}{:>12.5} {:>11.5}{beside}", self.name, estimate.value, estimate.sigma)
+        format!("{:<34}{:>12.digits$} {:>11.digits$}{beside}", self.name, estimate.value, estimate.sigma)
+    }
+}
+
+/// Decimals that give an uncertainty two digits; five where it has none.
+pub(super) fn decimals(sigma: f64) -> usize {
+    const USUAL: usize = 5;
+    const MOST: f64 = 12.0;
+    match sigma.is_finite() && sigma > 0.0 {
+        true => (1.0 - sigma.log10().floor()).clamp(0.0, MOST) as usize,
+        false => USUAL,
     }
 }
 
@@ -129,16 +141,14 @@ pub(crate) fn rows(evaluation: &Evaluation, truth: Option<&KnownTruth>) -> Vec<R
     ];
     rows.extend(energy_rows(evaluation, truth));
     let stated = &evaluation.damping;
-    let told = |source: &str, fit: Result<Damping, &FitError>| match (fit, stated.reason(source)) {
-        (Err(why), _) => Err(why.to_string()),
-        (_, Some(reason)) => Err(format!("refused: {reason}")),
-        (Ok(damping), None) => Ok(damping),
-    };
-    let of_tracks = told(TRACKS, evaluation.track_fit.as_ref().map(|fit| fit.damping));
-    let of_energies = told(PEAK_ENERGIES, evaluation.energy_fit.as_ref().map(|fit| fit.damping));
-    let critical = stated.critical_kg_per_s;
-    rows.extend(fit_rows(TRACKS, &of_tracks, critical, truth));
-    rows.extend(fit_rows(PEAK_ENERGIES, &of_energies, critical, truth));
+    let of_fits = [
+        (TRACKS, evaluation.track_fit.as_ref().map(|fit| fit.damping)),
+        (PEAK_ENERGIES, evaluation.energy_fit.as_ref().map(|fit| fit.damping)),
+    ];
+    for (source, damping) in of_fits {
+        let fit = Fit { source, damping, refused: stated.reason(source) };
+        rows.extend(fit.rows(stated.critical_kg_per_s, truth));
+    }
     if let Some(source) = stated.source.filter(|source| [BEHIND_BODY_1, RELEASE].contains(source)) {
         let c_d = stated.chain_damping_kg_per_s.clone();
         let name = format!("c_d (g/s), {source}");
@@ -165,25 +175,76 @@ fn energy_rows(evaluation: &Evaluation, truth: Option<&KnownTruth>) -> Option<Ro
     })
 }
 
-fn fit_rows(
-    source: &str,
-    damping: &Result<Damping, String>,
-    critical_kg_per_s: f64,
-    truth: Option<&KnownTruth>,
-) -> Vec<Row> {
-    let of = |name: &str, which: usize, factor: f64, truth: Option<f64>| {
-        let measured = damping.as_ref().map_err(Clone::clone).and_then(|damping| {
-            let found = [damping.chain_damping_kg_per_s, damping.striker_damping_kg_per_s][which];
-            let [of_chain, of_striker] = damping.refusals(critical_kg_per_s);
-            match [of_chain, of_striker].into_iter().nth(which).flatten() {
-                Some(reason) => Err(format!("refused: {reason}")),
-                None => Ok(found.scaled(factor)),
+/// What a fit says of the dampings.
+struct Fit<'a> {
+    source: &'static str,
+    damping: Result<Damping, &'a FitError>,
+    /// Why the whole of it is refused, where it is.
+    refused: Option<&'a str>,
+}
+
+impl Fit<'_> {
+    fn rows(&self, critical_kg_per_s: f64, truth: Option<&KnownTruth>) -> [Row; 2] {
+        let row = |name: &str, found: Result<Estimate, String>, factor: f64, truth: Option<f64>| Row {
+            name: format!("{name}, {}", self.source),
+            measured: found.map(|found| found.scaled(factor)),
+            truth: truth.map(|value| value * factor),
+        };
+        let [c_d, c_s] = self.told(critical_kg_per_s);
+        [
+            row("c_d (g/s)", c_d, 1e3, truth.map(|truth| truth.chain_damping_kg_per_s)),
+            row("c_s (kg/s)", c_s, 1.0, truth.map(|truth| truth.striker_damping_kg_per_s)),
+        ]
+    }
+
+    /// c_d and c_s, or why each is none. Where the whole fit is refused for its c_d, that of c_d is its own reason.
+    fn told(&self, critical_kg_per_s: f64) -> [Result<Estimate, String>; 2] {
+        let refused = |reason: &str| Err(format!("refused: {reason}"));
+        match (&self.damping, self.refused) {
+            (Err(why), _) => [Err(why.to_string()), Err(why.to_string())],
+            (Ok(_), Some(reason)) => {
+                [refused(reason.strip_prefix(ITS_C_D).unwrap_or(reason)), refused(reason)]
             }
-        });
-        Row { name: format!("{name}, {source}"), measured, truth: truth.map(|value| value * factor) }
-    };
-    vec![
-        of("c_d (g/s)", 0, 1e3, truth.map(|truth| truth.chain_damping_kg_per_s)),
-        of("c_s (kg/s)", 1, 1.0, truth.map(|truth| truth.striker_damping_kg_per_s)),
-    ]
+            (Ok(damping), None) => {
+                let [of_chain, of_striker] = damping.refusals(critical_kg_per_s);
+                let told = |found: Estimate, reason: Option<String>| match reason {
+                    Some(reason) => refused(&reason),
+                    None => Ok(found),
+                };
+                [
+                    told(damping.chain_damping_kg_per_s, of_chain),
+                    told(damping.striker_damping_kg_per_s, of_striker),
+                ]
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_fit_that_is_refused_for_its_c_d_says_so_of_c_s() {
+        let damping = Damping {
+            chain_damping_kg_per_s: Estimate::new(0.0, 1e-3),
+            striker_damping_kg_per_s: Estimate::new(0.2, 0.01),
+            correlation: 0.0,
+        };
+        let reason = format!("{ITS_C_D}at its bound of zero");
+        let fit = |refused| Fit { source: PEAK_ENERGIES, damping: Ok(damping), refused };
+        let [c_d, c_s] = fit(Some(reason.as_str())).told(1.0);
+        assert_eq!(c_d, Err("refused: at its bound of zero".into()));
+        assert_eq!(c_s, Err("refused: its c_d is at its bound of zero".into()));
+        let [c_d, c_s] = fit(None).told(1.0);
+        assert!(c_d.is_err() && c_s == Ok(damping.striker_damping_kg_per_s));
+        let [c_d, c_s] = fit(Some("it fits nothing")).told(1.0);
+        assert_eq!(c_d, c_s);
+    }
+
+    #[test]
+    fn an_uncertainty_has_two_digits() {
+        assert_eq!([12.3, 0.99, 0.0123, 4e-8].map(decimals), [0, 2, 3, 9]);
+        assert_eq!([0.0, f64::NAN].map(decimals), [5, 5]);
+    }
 }

@@ -11,7 +11,7 @@ use crate::outcome::Outcome;
 use crate::parallel::threads;
 use crate::table::{self, column};
 
-use super::velocities::Velocities;
+use crate::cli::Velocities;
 
 /// Simulates every member and writes a row for each gap of each. The group velocity is that of `run`: the same analysis of the motion at
 /// the scene's output interval, over the gaps that it chooses.

@@ -5,8 +5,7 @@ use std::path::Path;
 use chainwave_synthetic::{Camera, Marker, Specimen};
 use serde::{Deserialize, Serialize};
 
-use super::{Experiment, Synthetic, Trial};
-use crate::calibration::middle_px;
+use super::{Experiment, Synthetic, Trial, middle_px};
 use crate::error::Error;
 use crate::numbers::Positive;
 

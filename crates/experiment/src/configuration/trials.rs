@@ -1,13 +1,13 @@
 //! `trials.csv`: the recordings of an experiment.
 
-use std::path::Path;
+use std::path::{Component, Path, PathBuf};
 
 use chainwave_measurement::Estimate;
 
 use super::Experiment;
+use super::fill_in::expect_filled_in;
 use super::trial::Trial;
 use crate::error::Error;
-use crate::sanity::expect_filled_in;
 use crate::table::Table;
 use crate::text_file::read_text;
 
@@ -35,8 +35,10 @@ impl Experiment {
             if recording.is_empty() {
                 return Err(table.cell(row, "recording", "a file name", "nothing"));
             }
-            if rows.iter().any(|earlier| earlier.recording == recording) {
-                return Err(table.cell(row, "recording", "each recording once", &recording));
+            let path = plain(&recording);
+            if let Some(earlier) = rows.iter().position(|earlier| plain(&earlier.recording) == path) {
+                let found = format!("{recording}, which line {} has", table.line(earlier));
+                return Err(table.cell(row, "recording", "each recording once", &found));
             }
             let number = |name: &str, count: usize| {
                 u32::try_from(count)
@@ -80,6 +82,21 @@ impl Experiment {
         }
         Ok(Some(values.into_iter().zip(sigmas).map(|(value, sigma)| Estimate::new(value, sigma)).collect()))
     }
+}
+
+/// A recording's path without the parts that lead nowhere: `./a/`, `b/../a` and `a` name one recording.
+fn plain(recording: &str) -> PathBuf {
+    let mut path = PathBuf::new();
+    for part in Path::new(recording).components() {
+        match part {
+            Component::CurDir => {}
+            Component::ParentDir if matches!(path.components().next_back(), Some(Component::Normal(_))) => {
+                path.pop();
+            }
+            other => path.push(other),
+        }
+    }
+    path
 }
 
 /// What is said of a row that follows `rows` and states the shot of the row `earlier` again.
@@ -126,6 +143,19 @@ mod tests {
         for part in ["trials.csv", "line 6", "column trial", "trial 2 of d.cine", "line 3 has of b.cine"] {
             assert!(said.contains(part), "{part}: {said}");
         }
+    }
+
+    #[test]
+    fn a_recording_is_the_same_however_its_path_is_written() {
+        for other in ["view1/a", "./view1/a", "view1/a/", "view1/./a", "view1/b/../a", "./view1/../view1//a"]
+        {
+            let said =
+                read(&format!("recording,view,trial,stage_m\nview1/a,1,1,0\n{other},1,2,0\n")).unwrap_err();
+            for part in ["line 3, column recording", "each recording once", other, "which line 2 has"] {
+                assert!(said.contains(part), "{part}: {said}");
+            }
+        }
+        assert!(read("recording,view,trial,stage_m\nview1/a,1,1,0\n../view1/a,1,2,0\na,1,3,0\n").is_ok());
     }
 
     #[test]

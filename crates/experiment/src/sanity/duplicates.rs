@@ -15,41 +15,57 @@ use crate::setup::Setup;
 const PIECE_BYTES: usize = 1 << 12;
 const PLACES: u64 = 16;
 
-/// The size of each file of a recording, and what it holds in some places from its beginning to its end.
+/// The size of each file of a recording, and what some of them hold in some places from their beginning to their end.
 type Pieces = Vec<(u64, Vec<u8>)>;
-/// Files of a recording at most: its pictures, and a header beside them. A folder of pictures is not compared.
+/// Of recordings of more files than a pair of pixels and header has, folders of pictures, only the first and the last file are looked into.
 const MOST_FILES: usize = 2;
 
-/// Leaves out a recording whose file holds the same bytes as that of an earlier row. Files that cannot be read are passed over: tracking names them.
+/// Leaves out a recording whose files hold the same bytes as those of an earlier row. Files that cannot be read are passed over: tracking names them.
 pub(super) fn twice(setup: &Setup, sanity: &mut Sanity) {
-    let mut of_pieces: BTreeMap<Pieces, Vec<(&Trial, Vec<PathBuf>)>> = BTreeMap::new();
-    for trial in setup.trials.iter().filter(|trial| sanity.reason(&trial.recording).is_none()) {
-        let files = files_of(&setup.recordings.join(&trial.recording)).unwrap_or_default();
-        if !(1..=MOST_FILES).contains(&files.len()) {
-            continue;
-        }
-        if let Ok(pieces) = files.iter().map(|file| pieces(file)).collect::<io::Result<Pieces>>() {
-            of_pieces.entry(pieces).or_default().push((trial, files));
+    let usable = setup.trials.iter().filter(|trial| sanity.reason(&trial.recording).is_none());
+    let recordings: Vec<(&Trial, Vec<PathBuf>)> = usable
+        .map(|trial| (trial, files_of(&setup.recordings.join(&trial.recording)).unwrap_or_default()))
+        .collect();
+    for (later, earlier) in same(recordings.iter().map(|(_, files)| files.as_slice())) {
+        let whose = if recordings[later].1.len() == 1 { "its file holds" } else { "its files hold" };
+        let why = format!(
+            "{whose} the same bytes as {}, which comes first (hint: was one file copied over the other?)",
+            recordings[earlier].0.recording
+        );
+        sanity.leave_out(std::slice::from_ref(recordings[later].0), &why);
+    }
+}
+
+/// The places of recordings that hold the same bytes as one before them, and its place, in order. Recordings are given by their files.
+fn same<'a>(recordings: impl Iterator<Item = &'a [PathBuf]>) -> Vec<(usize, usize)> {
+    let mut of_pieces: BTreeMap<Pieces, Vec<(usize, &[PathBuf])>> = BTreeMap::new();
+    for (place, files) in recordings.enumerate().filter(|(_, files)| !files.is_empty()) {
+        if let Ok(pieces) = pieces_of_all(files) {
+            of_pieces.entry(pieces).or_default().push((place, files));
         }
     }
-    let mut found: Vec<(&Trial, String)> = Vec::new();
+    let mut found = Vec::new();
     for alike in of_pieces.values() {
-        for (k, (trial, files)) in alike.iter().enumerate().skip(1) {
-            let is_same = |(_, others): &&(&Trial, Vec<PathBuf>)| {
-                files.iter().zip(others).all(|(one, other)| same_bytes(one, other).unwrap_or(false))
+        for (k, (place, files)) in alike.iter().enumerate().skip(1) {
+            let is_same = |(_, others): &&(usize, &[PathBuf])| {
+                files.iter().zip(*others).all(|(one, other)| same_bytes(one, other).unwrap_or(false))
             };
             if let Some((first, _)) = alike[..k].iter().find(is_same) {
-                let why = format!(
-                    "its file holds the same bytes as {}, which comes first (hint: was one file copied over the other?)",
-                    first.recording
-                );
-                found.push((trial, why));
+                found.push((*place, *first));
             }
         }
     }
-    for (trial, why) in found {
-        sanity.leave_out(std::slice::from_ref(trial), &why);
-    }
+    found.sort_unstable();
+    found
+}
+
+fn pieces_of_all(files: &[PathBuf]) -> io::Result<Pieces> {
+    let is_looked_into = |k: usize| files.len() <= MOST_FILES || k == 0 || k == files.len() - 1;
+    let of_one = |(k, file): (usize, &PathBuf)| match is_looked_into(k) {
+        true => pieces(file),
+        false => Ok((std::fs::metadata(file)?.len(), Vec::new())),
+    };
+    files.iter().enumerate().map(of_one).collect()
 }
 
 fn pieces(path: &Path) -> io::Result<(u64, Vec<u8>)> {
@@ -106,5 +122,32 @@ mod tests {
         assert_ne!(pieces(&one).unwrap(), pieces(&written("shorter", &bytes[1..])).unwrap());
         assert!(pieces(folder.path()).is_err());
         assert!(pieces(&written("small", &[1, 2, 3])).is_ok());
+    }
+
+    #[test]
+    fn folders_of_pictures_are_the_same_by_all_of_their_pictures() {
+        let parent = tempfile::tempdir().unwrap();
+        let folder = |name: &str, names: &[&str], changed: Option<usize>| -> Vec<PathBuf> {
+            let folder = parent.path().join(name);
+            fs::create_dir(&folder).unwrap();
+            for (k, name) in names.iter().enumerate() {
+                let level = if changed == Some(k) { 7 } else { k as u8 };
+                fs::write(folder.join(name), [&b"P5 2 1 255 "[..], &[level, 9]].concat()).unwrap();
+            }
+            files_of(&folder).unwrap()
+        };
+        let names = ["a1.pgm", "a2.pgm", "a3.pgm", "a4.pgm"];
+        let recordings = [
+            folder("one", &names, None),
+            folder("changed", &names, Some(2)),
+            folder("copied", &names, None),
+            folder("renamed", &["b1.pgm", "b2.pgm", "b3.pgm", "b4.pgm"], None),
+            folder("shorter", &names[..3], None),
+            // The same folder by another path.
+            files_of(&parent.path().join("changed").join("..").join("changed")).unwrap(),
+            Vec::new(),
+            Vec::new(),
+        ];
+        assert_eq!(same(recordings.iter().map(Vec::as_slice)), [(2, 0), (3, 0), (5, 1)]);
     }
 }

@@ -133,8 +133,10 @@ fn meaning_of_all(setup: &Setup, order: &[&ViewAtRest]) -> Option<&'static Meani
     if agreement(setup, order) != Agreement::OfNone {
         return None;
     }
-    let moves =
-        |meaning: &&Meaning| (meaning.position_m)(nearest.trial.stage_m, pitch_m) != nearest.trial.stage_m;
+    let moves = |meaning: &&Meaning| {
+        let stated_m = nearest.trial.stage_m;
+        (meaning.position_m)(stated_m, pitch_m).total_cmp(&stated_m).is_ne()
+    };
     MEANINGS.iter().take(N_IN_COMMON).filter(moves).find(|meaning| by(meaning) == Agreement::OfAll)
 }
 

@@ -20,11 +20,29 @@ Columns = list[tuple[str, list[Any]]]
 _NUMBERS = (int, float, bool, type(None))
 
 
-def whole(value: int, least: int, what: str) -> int:
-    """A whole number of at least so much."""
-    if isinstance(value, bool) or int(value) != value or value < least:
-        raise ChainwaveError(f"{what}: expected a whole number of at least {least}, found {value!r}")
-    return int(value)
+def whole(value: Any, least: int, what: str, most: Optional[int] = None) -> int:
+    """A whole number of at least so much, and at most so much where that is said; `what` names it in messages."""
+    try:
+        found = None if isinstance(value, (bool, str, bytes)) or int(value) != value else int(value)
+    except (TypeError, ValueError, OverflowError):
+        found = None
+    if found is None or found < least or (most is not None and found > most):
+        range_of = f"of at least {least}" if most is None else f"from {least} to {most}"
+        raise ChainwaveError(f"{what}: expected a whole number {range_of}, found {value!r}")
+    return found
+
+
+def number(value: Any, what: str) -> float:
+    """A finite number; `what` names it in messages."""
+    import math
+
+    try:
+        found = math.nan if isinstance(value, (bool, str, bytes)) else float(value)
+    except (TypeError, ValueError, OverflowError):
+        found = math.nan
+    if not math.isfinite(found):
+        raise ChainwaveError(f"{what}: expected a number, found {value!r}")
+    return found
 
 
 def threads_of(value: Optional[int]) -> Optional[int]:

@@ -252,8 +252,31 @@ class Experiment:
         return self._run(0, threads, progress)
 
     def run_all(self, *, threads: Optional[int] = None, progress: Optional[Progress] = None) -> list[Results]:
-        """As :meth:`run`, for each striker velocity, fastest first."""
-        return [self._run(striker, threads, progress) for striker in range(len(self._inner))]
+        """As :meth:`run`, for each striker velocity, fastest first.
+
+        A velocity that fails is warned of, and the others are there.
+
+        Raises
+        ------
+        ChainwaveError
+            None of them could be run.
+        """
+        velocities = self._inner.velocities
+        results: list[Results] = []
+        failures: list[ChainwaveError] = []
+        for striker, velocity in enumerate(velocities):
+            try:
+                results.append(self._run(striker, threads, progress))
+            except ChainwaveError as error:
+                failures.append(error)
+                if len(velocities) > 1:
+                    warn(f"striker {velocity:g} m/s: {error}", stacklevel=2)
+        if failures and not results:
+            if len(failures) == 1:
+                raise failures[0]
+            reasons = "; ".join(dict.fromkeys(str(error) for error in failures))
+            raise ChainwaveError(f"{self.name}: none of {len(failures)} striker velocities could be run: {reasons}") from failures[0]
+        return results
 
     def _run(self, striker: int, threads: Optional[int], progress: Optional[Progress]) -> Results:
         results = Results(self._inner.run(striker, n_threads=threads_of(threads), progress=progress))

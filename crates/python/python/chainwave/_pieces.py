@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Optional, Union
 
 from . import _chainwave, _html
-from ._columns import Columns, Path, TableLike, columns_of, is_path, of_one_kind, table_argument, threads_of
+from ._columns import Columns, Path, TableLike, columns_of, is_path, number, of_one_kind, table_argument, threads_of, whole
 from ._errors import ChainwaveError
 from ._estimate import Estimate, estimates_of
 from ._figure import Figure
@@ -168,7 +168,7 @@ def merge(
 
     inner, table, alignments, notes = _chainwave.merge(
         _trials(tracks, m_per_px),
-        n_bodies=n_bodies,
+        n_bodies=None if n_bodies is None else whole(n_bodies, 1, "n_bodies"),
         rest_until_s=rest_until_s,
         drive_scatter=drive_scatter,
         trigger_sigma_s=trigger_sigma_s,
@@ -292,17 +292,21 @@ def measure(
     >>> round(measured.group_velocity_m_per_s.value)
     200
     """
-    gaps = [float(gap_m) for gap_m in pitch_m] if isinstance(pitch_m, Iterable) else float(pitch_m)
+    gaps: Union[float, list[float]]
+    if isinstance(pitch_m, Iterable) and not isinstance(pitch_m, (str, bytes)):
+        gaps = [number(gap_m, "pitch_m") for gap_m in pitch_m]
+    else:
+        gaps = number(pitch_m, "pitch_m")
     found, tables, figures = _chainwave.measure_motion(
         motion._merged if isinstance(motion, MergedMotion) else table_argument(motion, "motion"),
         {
             "pitch_m": gaps,
-            "first_gap": first_gap,
-            "last_gap": last_gap,
-            "edge_fraction": edge_fraction,
+            "first_gap": whole(first_gap, 1, "first_gap"),
+            "last_gap": None if last_gap is None else whole(last_gap, 1, "last_gap"),
+            "edge_fraction": number(edge_fraction, "edge_fraction"),
             "end_reflects": end_reflects,
-            "n_replicas": n_replicas,
-            "seed": seed,
+            "n_replicas": whole(n_replicas, 20, "n_replicas"),
+            "seed": whole(seed, 0, "seed", 2**64 - 1),
             "contact": None if contact is None else toml_of({"contact": contact}),
             "threads": threads_of(threads),
         },

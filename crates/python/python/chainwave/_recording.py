@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, Optional, Union, overload
 
 from . import _chainwave
-from ._columns import Path, is_path
+from ._columns import Path, is_path, whole
 from ._errors import ChainwaveError, ChainwaveWarning
 
 if TYPE_CHECKING:
@@ -92,7 +92,7 @@ class Recording:
             counts.tobytes(),
             width_px=int(array.shape[2]),
             height_px=int(array.shape[1]),
-            bit_depth=usual if bit_depth is None else int(bit_depth),
+            bit_depth=usual if bit_depth is None else whole(bit_depth, 1, "bit_depth", 32),
             name=os.fspath(name),
             pixel=pixel,
             times_s=times,

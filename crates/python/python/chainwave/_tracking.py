@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, Callable, NamedTuple, Optional
 
 from . import _chainwave
 from ._columns import Path, TableLike, is_path, table_argument, threads_of, whole
+from ._errors import ChainwaveError
 from ._recording import Recording, as_recording, warn
 from ._table import Table
 
@@ -32,8 +33,8 @@ class Subset(NamedTuple):
 class Tracks(Table):
     """Tracks: a row for each point and frame.
 
-    Columns: `recording`, `name`, `frame`, `t_s`, `x_px`, `y_px`, `sigma_x_px`, `sigma_y_px`, `zncc`, `iterations`,
-    `status` (``ok`` or the reason of the loss), `method`, `theta_rad`, `sigma_theta_rad`.
+    Columns: `recording`, `name`, `frame`, `t_s`, `x_px`, `y_px`, `sigma_x_px`, `sigma_y_px`, `theta_rad`,
+    `sigma_theta_rad`, `zncc`, `iterations`, `status` (``ok`` or the reason of the loss), `method`.
     """
 
     def __init__(self, inner: ArrowTable, subsets: list[Subset], methods: list[str]) -> None:
@@ -163,6 +164,8 @@ def track(
     options = {"rate_hz": rate_hz, "raw": raw, "partial": partial, "dark": dark, "flat": flat}
     given = isinstance(recording, (list, tuple)) and all(is_path(one) or isinstance(one, Recording) for one in recording)
     recordings = [as_recording(one, **options) for one in (recording if given else [recording])]
+    if not recordings:
+        raise ChainwaveError("recording: expected a recording or a list of them, found an empty list")
     inner, notes, subsets, methods = _chainwave.track(
         [(one.path, one._inner) for one in recordings],
         table_argument(points, "points"),
@@ -237,14 +240,8 @@ def correlate(
     """
     options = {"rate_hz": rate_hz, "raw": raw, "partial": partial, "dark": dark, "flat": flat}
     pictures = [as_recording(picture, **options) for picture in (reference, deformed)]
-    if half_size is not None and not 2 <= half_size <= 500:
-        from ._errors import ChainwaveError
-
-        raise ChainwaveError(f"half_size {half_size}: expected 2 to 500 px")
-    if step is not None and step < 1:
-        from ._errors import ChainwaveError
-
-        raise ChainwaveError(f"step {step}: expected at least 1 px")
+    half_size = None if half_size is None else whole(half_size, 2, "half_size", 500)
+    step = None if step is None else whole(step, 1, "step")
     found = _chainwave.correlate(
         pictures[0]._inner,
         pictures[1]._inner,

@@ -1,15 +1,14 @@
 //! The report on recordings: what became of each, and how well it was read.
 
-use chainwave_experiment::{Evaluation, RecordingState, Results, Setup, Standing, TrackedRecording};
+use chainwave_experiment::{Evaluation, RecordingState, Results, Standing, TrackedRecording};
 use chainwave_measurement::median;
 use chainwave_stitching::Alignment;
 
 use super::markup::{Cell, escaped, table};
 
 /// Every recording of the trials table.
-pub(super) fn section(setup: &Setup, results: &Results) -> String {
+pub(super) fn section(results: &Results, states: &[RecordingState]) -> String {
     let Results { tracked, evaluation, .. } = results;
-    let states = results.recording_states(setup);
     let row = |state: &RecordingState| {
         let name = &state.recording;
         let quality = tracked.recordings.iter().find(|one| one.trial.recording == *name).map(Quality::of);

@@ -4,7 +4,7 @@ use std::str::FromStr;
 
 /// Striker velocities: `0.5,1,2.73`, or `FROM:TO:COUNT` evenly spaced with both ends.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Velocities(pub(super) Vec<f64>);
+pub(crate) struct Velocities(pub(crate) Vec<f64>);
 
 impl FromStr for Velocities {
     type Err = String;

@@ -11,7 +11,7 @@ const MARK: &str = "FILL_IN";
 ///
 /// # Errors
 /// [`Error::Configuration`] with the lines.
-pub(crate) fn expect_filled_in(path: &Path, text: &str) -> Result<(), Error> {
+pub(super) fn expect_filled_in(path: &Path, text: &str) -> Result<(), Error> {
     let is_open = |line: &str| line.split('#').next().is_some_and(|value| value.contains(MARK));
     let lines: Vec<String> = (1..)
         .zip(text.lines())

@@ -1,0 +1,74 @@
+//! `[camera]`: how pictures map to the chain.
+
+use std::path::PathBuf;
+
+use chainwave_camera::RawGeometry;
+use serde::{Deserialize, Serialize};
+
+use super::named;
+use crate::numbers::{NotNegative, Positive};
+
+/// How pictures map to the chain: by exactly one of a magnification, a ruler, marks or a calibration.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Camera {
+    /// Magnification.
+    pub scale_px_per_m: Option<Positive>,
+    /// Its standard uncertainty.
+    pub scale_sigma_px_per_m: Option<NotNegative>,
+    /// Standard deviation of the magnification from view to view, relative to it, where the camera was moved or focused anew between them.
+    pub view_scale_sigma: Option<Positive>,
+    /// A known length in the picture.
+    pub ruler: Option<Ruler>,
+    /// Bodies at rest in the picture, whose distance is the chain's pitch.
+    pub marks: Option<Marks>,
+    /// What `chainwave calibrate` wrote, beside this file.
+    pub calibration: Option<PathBuf>,
+    /// Column and row of body 1's marker at rest, with the stage at 0.
+    pub first_body_px: [f64; 2],
+    /// Standard uncertainty of the stage's stated positions. With it, subsets are placed by the positions that bodies in two views
+    /// give; without it, those are reported alone.
+    pub stage_sigma_m: Option<NotNegative>,
+    /// Frames per second of recordings that do not state them, such as folders of images.
+    pub rate_hz: Option<Positive>,
+    /// Time from the exposure of one line of a picture to that of the next, of a camera with a rolling shutter, by which times are corrected.
+    pub line_time_s: Option<NotNegative>,
+    /// Geometry of recordings without a header, such as `1280x800x12le`.
+    #[serde(default, with = "named::optional", skip_serializing_if = "Option::is_none")]
+    pub raw: Option<RawGeometry>,
+    /// Dark frames beside this file: a recording, a folder of images or one of them.
+    pub dark: Option<PathBuf>,
+    /// Frames of an evenly lit field, likewise.
+    pub flat: Option<PathBuf>,
+}
+
+/// A known length in the picture.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Ruler {
+    /// Column and row of both ends.
+    pub ends_px: [[f64; 2]; 2],
+    /// Standard uncertainty of an end's place, in each direction.
+    pub sigma_px: NotNegative,
+    /// The length.
+    pub length_m: Positive,
+    /// Its standard uncertainty.
+    pub length_sigma_m: NotNegative,
+}
+
+/// Bodies at rest in the picture.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Marks {
+    /// Numbers of the bodies.
+    pub bodies: Vec<i32>,
+    /// Column and row of the same point of each.
+    pub at_px: Vec<[f64; 2]>,
+    /// Standard uncertainty of a point's place, in each direction.
+    pub sigma_px: NotNegative,
+}
+
+/// The middle of a picture, in pixels.
+pub(crate) fn middle_px(width_px: usize, height_px: usize) -> [f64; 2] {
+    [0.5 * (width_px as f64 - 1.0), 0.5 * (height_px as f64 - 1.0)]
+}
