@@ -5,8 +5,8 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use crate::command::{chainwave, fail, succeed};
-use crate::laboratory::{Laboratory, evaluation};
+use crate::support::command::{chainwave, fail, succeed};
+use crate::support::laboratory::{Laboratory, evaluation};
 
 #[test]
 fn what_is_no_accuracy_is_refused() {

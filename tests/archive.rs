@@ -8,9 +8,9 @@ mod slow {
     use serde_json::Value;
     use sha2::{Digest, Sha256};
 
-    use crate::command::{chainwave, succeed};
-    use crate::laboratory::Laboratory;
-    use crate::python::{Python, text};
+    use crate::support::command::{chainwave, succeed};
+    use crate::support::laboratory::Laboratory;
+    use crate::support::python::{Python, text};
 
     fn entities(package: &Path) -> Vec<Value> {
         let text = fs::read(package.join("ro-crate-metadata.json")).expect("it is there");

@@ -8,10 +8,10 @@ use tempfile::TempDir;
 use tiff::encoder::TiffEncoder;
 use tiff::encoder::colortype::Gray16;
 
-use crate::command::{chainwave, fail, succeed};
-use crate::laboratory::{Laboratory, N_RECORDINGS, evaluation};
-use crate::repository::root;
-use crate::table::Table;
+use crate::support::command::{chainwave, fail, succeed};
+use crate::support::laboratory::{Laboratory, N_RECORDINGS, evaluation};
+use crate::support::repository::root;
+use crate::support::table::Table;
 
 /// A wrong experiment: the text to replace, what to put there, and a word of the message beside the line.
 const WRONG_SETTINGS: [(&str, &str, &str); 10] = [

@@ -4,7 +4,7 @@ use std::fs;
 
 use tempfile::TempDir;
 
-use crate::command::{chainwave, fail, succeed};
+use crate::support::command::{chainwave, fail, succeed};
 
 /// An 8-bit bitmap of a board of 10 x 7 squares of 30 px with a white margin, parallel to the picture.
 fn board_picture() -> Vec<u8> {

@@ -2,8 +2,8 @@
 
 use std::process::Command;
 
-use crate::command::chainwave;
-use crate::repository::root;
+use crate::support::command::chainwave;
+use crate::support::repository::root;
 
 #[test]
 fn pages_say_what_their_commands_print() {

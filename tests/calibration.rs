@@ -2,9 +2,9 @@
 
 use std::fs;
 
-use crate::command::{fail, succeed};
-use crate::laboratory::{Laboratory, evaluation};
-use crate::table::Table;
+use crate::support::command::{fail, succeed};
+use crate::support::laboratory::{Laboratory, evaluation};
+use crate::support::table::Table;
 
 #[test]
 fn an_experiment_names_one_calibration() {

@@ -6,10 +6,10 @@ mod slow {
 
     use serde_json::Value;
 
-    use crate::command::succeed;
-    use crate::laboratory::{Laboratory, evaluation};
-    use crate::motion::Motion;
-    use crate::table::Table;
+    use crate::support::command::succeed;
+    use crate::support::laboratory::{Laboratory, evaluation};
+    use crate::support::motion::Motion;
+    use crate::support::table::Table;
 
     /// Films the small experiment with a camera that has some effects.
     fn filmed_with(effects: &str) -> Laboratory {

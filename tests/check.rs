@@ -5,8 +5,8 @@ mod slow {
 
     use serde_json::Value;
 
-    use crate::command::{chainwave, succeed};
-    use crate::laboratory::Laboratory;
+    use crate::support::command::{chainwave, succeed};
+    use crate::support::laboratory::Laboratory;
 
     fn checked(laboratory: &Laboratory) -> (Option<i32>, Value) {
         let experiment = laboratory.path("recordings/experiment.toml");

@@ -7,8 +7,8 @@ use tempfile::TempDir;
 use tiff::encoder::TiffEncoder;
 use tiff::encoder::colortype::Gray16;
 
-use crate::command::{chainwave, fail, succeed};
-use crate::table::Table;
+use crate::support::command::{chainwave, fail, succeed};
+use crate::support::table::Table;
 
 const SIZE_PX: [u32; 2] = [180, 120];
 /// How far the texture has moved in the second picture, along x.

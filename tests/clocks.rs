@@ -1,9 +1,9 @@
 //! A view whose recordings state another frame rate than they were filmed at: told, put right, and right.
 
 mod slow {
-    use crate::laboratory::{Laboratory, evaluation};
-    use crate::motion::Motion;
-    use crate::table::Table;
+    use crate::support::laboratory::{Laboratory, evaluation};
+    use crate::support::motion::Motion;
+    use crate::support::table::Table;
 
     #[test]
     fn a_misstated_frame_rate_is_named_and_put_right() {

@@ -6,10 +6,10 @@ mod slow {
     use std::os::unix::fs::{PermissionsExt, symlink};
     use std::process::{Child, Command, Stdio};
 
-    use crate::command::{chainwave, succeed};
-    use crate::folder::{assert_same, times_of};
-    use crate::laboratory::{Laboratory, N_RECORDINGS, evaluation};
-    use crate::repository::root;
+    use crate::support::command::{chainwave, succeed};
+    use crate::support::folder::{assert_same, times_of};
+    use crate::support::laboratory::{Laboratory, N_RECORDINGS, evaluation};
+    use crate::support::repository::root;
 
     #[test]
     fn shares_together_are_the_whole_run() {

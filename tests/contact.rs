@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 use toml::Table;
 
-use crate::command::{chainwave, fail, succeed};
-use crate::repository::root;
+use crate::support::command::{chainwave, fail, succeed};
+use crate::support::repository::root;
 
 /// The law behind the sample curve; f_0 and k_0 follow from it.
 const LAW: [(&str, f64); 3] = [("a", 60.1), ("delta_0_m", 2.27e-3), ("p", 0.114)];

@@ -7,10 +7,10 @@ mod slow {
     use serde_json::Value;
     use sha2::{Digest, Sha256};
 
-    use crate::command::{chainwave, fail, succeed};
-    use crate::folder::times_of;
-    use crate::laboratory::{Laboratory, N_RECORDINGS, evaluation};
-    use crate::table::Table;
+    use crate::support::command::{chainwave, fail, succeed};
+    use crate::support::folder::times_of;
+    use crate::support::laboratory::{Laboratory, N_RECORDINGS, evaluation};
+    use crate::support::table::Table;
 
     /// Files that tell whether results are the same.
     const TELLING: [&str; 4] = ["tracks.parquet", "motion.parquet", "results.json", "provenance.toml"];
@@ -110,7 +110,7 @@ mod slow {
         let [spoken, silent] = ["spoken", "silent"].map(|name| laboratory.path(name));
         succeed(&mut evaluation(&recordings, &spoken));
         let said = succeed(evaluation(&recordings, &silent).args(["--quiet", "--json"]));
-        crate::folder::assert_same(&spoken, &silent);
+        crate::support::folder::assert_same(&spoken, &silent);
         let said: Value = serde_json::from_str(&said).expect("standard output is one object");
         assert_eq!(said["failed"], serde_json::json!([]));
         assert_eq!(said["recordings"].as_array().map(Vec::len), Some(N_RECORDINGS));

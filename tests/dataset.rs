@@ -7,9 +7,9 @@ mod slow {
     use polars_core::prelude::*;
     use polars_io::prelude::*;
 
-    use crate::command::succeed;
-    use crate::laboratory::{Laboratory, N_RECORDINGS, evaluation};
-    use crate::python::Python;
+    use crate::support::command::succeed;
+    use crate::support::laboratory::{Laboratory, N_RECORDINGS, evaluation};
+    use crate::support::python::Python;
 
     /// Runs the small experiment and returns where its data set lies.
     fn dataset(laboratory: &Laboratory) -> PathBuf {

@@ -5,9 +5,9 @@ mod slow {
 
     use serde_json::Value;
 
-    use crate::command::{chainwave, succeed};
-    use crate::laboratory::{Laboratory, evaluation};
-    use crate::table::Table;
+    use crate::support::command::{chainwave, succeed};
+    use crate::support::laboratory::{Laboratory, evaluation};
+    use crate::support::table::Table;
 
     const TRIGGERS: &str = "what trigger offsets and drives are taken from";
 

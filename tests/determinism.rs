@@ -1,9 +1,9 @@
 //! The same recordings give the same bytes, for any number of threads.
 
 mod slow {
-    use crate::command::succeed;
-    use crate::folder::assert_same;
-    use crate::laboratory::{Laboratory, evaluation};
+    use crate::support::command::succeed;
+    use crate::support::folder::assert_same;
+    use crate::support::laboratory::{Laboratory, evaluation};
 
     #[test]
     fn recordings_do_not_depend_on_the_number_of_threads() {

@@ -3,8 +3,8 @@
 use chainwave_testkit::reference_data;
 use tempfile::TempDir;
 
-use crate::command::{chainwave, succeed};
-use crate::table::Table;
+use crate::support::command::{chainwave, succeed};
+use crate::support::table::Table;
 
 /// A strip of CFRP with a hole of 75 px in its middle, pulled along y more and more: no truth is known, but theory.
 #[test]

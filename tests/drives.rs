@@ -2,9 +2,9 @@
 
 use std::f64::consts::PI;
 
-use crate::command::{chainwave, fail, succeed};
-use crate::laboratory::Laboratory;
-use crate::table::Table;
+use crate::support::command::{chainwave, fail, succeed};
+use crate::support::laboratory::Laboratory;
+use crate::support::table::Table;
 
 const STRIKER: &str = "[striker]\nmass_kg = 4.3e-3\nvelocity_m_per_s = 2.73\nvelocity_sigma_m_per_s = 0.05\n";
 const STRIKER_DAMPING: &str = "striker_damping_kg_per_s = 0.2\n";
@@ -109,8 +109,8 @@ mod slow {
     use serde_json::Value;
 
     use super::*;
-    use crate::laboratory::evaluation;
-    use crate::motion::Motion;
+    use crate::support::laboratory::evaluation;
+    use crate::support::motion::Motion;
 
     const TABLES: [&str; 8] = [
         "tracks.parquet",

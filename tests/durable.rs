@@ -7,9 +7,9 @@ mod slow {
     use std::thread::sleep;
     use std::time::{Duration, Instant};
 
-    use crate::command::{fail, succeed};
-    use crate::folder::{assert_same, files};
-    use crate::laboratory::{Laboratory, evaluation};
+    use crate::support::command::{fail, succeed};
+    use crate::support::folder::{assert_same, files};
+    use crate::support::laboratory::{Laboratory, evaluation};
 
     /// Moments at which a run is killed here; `CHAINWAVE_KILLS` asks for more.
     const KILLS: u64 = 10;

@@ -7,8 +7,8 @@ use std::process::Command;
 use chainwave_testkit::skip;
 use tempfile::TempDir;
 
-use crate::command::{chainwave, fail, succeed};
-use crate::table::Table;
+use crate::support::command::{chainwave, fail, succeed};
+use crate::support::table::Table;
 
 const SCENE: &str = "model = \"chain\"\nn_bodies = 4\nduration_s = 2e-3\noutput_interval_s = 1e-4\n\
     [body]\nmass_kg = 0.455e-3\npitch_m = 0.03\ndamping_kg_per_s = 0.003\n\

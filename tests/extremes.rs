@@ -1,7 +1,7 @@
 //! `extremes`: cases at the ends of what the program takes.
 
-use crate::command::{chainwave, succeed};
-use crate::table::Table;
+use crate::support::command::{chainwave, succeed};
+use crate::support::table::Table;
 
 #[test]
 fn every_extreme_case_ends_as_expected() {

@@ -4,10 +4,10 @@ use std::fs;
 
 use tempfile::TempDir;
 
-use crate::command::{chainwave, fail, succeed};
-use crate::laboratory::{Laboratory, N_RECORDINGS, evaluation};
-use crate::repository::root;
-use crate::table::Table;
+use crate::support::command::{chainwave, fail, succeed};
+use crate::support::laboratory::{Laboratory, N_RECORDINGS, evaluation};
+use crate::support::repository::root;
+use crate::support::table::Table;
 
 #[test]
 fn good_recordings_are_tracked_beside_a_truncated_one() {

@@ -1,7 +1,7 @@
 //! Chains that are driven otherwise than by one striker: a second one at the far end, filmed and evaluated; a shaker in a scene.
 
-use crate::command::{chainwave, fail, succeed};
-use crate::laboratory::{Laboratory, evaluation};
+use crate::support::command::{chainwave, fail, succeed};
+use crate::support::laboratory::{Laboratory, evaluation};
 
 const CAMERA: &str = "[camera]\nscale_px_per_m = 2500.0";
 const STRUCK: &str = "[far_striker]\nmass_kg = 4.3e-3\nvelocity_m_per_s = 1.9\ndamping_kg_per_s = 0.2\n\n[camera]\nscale_px_per_m = \
@@ -32,8 +32,8 @@ mod slow {
     use serde_json::Value;
 
     use super::*;
-    use crate::motion::Motion;
-    use crate::table::Table;
+    use crate::support::motion::Motion;
+    use crate::support::table::Table;
 
     fn json(path: &std::path::Path) -> Value {
         serde_json::from_str(&fs::read_to_string(path).expect("it was written")).expect("it is JSON")

@@ -5,9 +5,9 @@ mod slow {
 
     use serde_json::Value;
 
-    use crate::command::{fail, succeed};
-    use crate::laboratory::{Laboratory, evaluation};
-    use crate::table::Table;
+    use crate::support::command::{fail, succeed};
+    use crate::support::laboratory::{Laboratory, evaluation};
+    use crate::support::table::Table;
 
     const FAULTS: &str = r#"
 [[synthetic.faults]]

@@ -6,8 +6,8 @@ mod slow {
     use std::path::Path;
     use std::process::Output;
 
-    use crate::command::{chainwave, succeed};
-    use crate::laboratory::Laboratory;
+    use crate::support::command::{chainwave, succeed};
+    use crate::support::laboratory::Laboratory;
 
     /// Every file of a folder.
     fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {

@@ -7,9 +7,9 @@ mod slow {
     use tempfile::TempDir;
     use tiff::decoder::{Decoder, DecodingResult};
 
-    use crate::command::{chainwave, succeed};
-    use crate::laboratory::Laboratory;
-    use crate::table::Table;
+    use crate::support::command::{chainwave, succeed};
+    use crate::support::laboratory::Laboratory;
+    use crate::support::table::Table;
 
     const SCALE_PX_PER_M: f64 = 2500.0;
     const FIRST_BODY_PX: [f64; 2] = [38.0, 31.5];

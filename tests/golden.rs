@@ -7,7 +7,7 @@
 use std::fs;
 use std::path::PathBuf;
 
-use crate::repository::root;
+use crate::support::repository::root;
 
 /// Holds named numbers against those of a version; each may be off by its tolerance.
 fn assert_golden(name: &str, version: u32, found: &[(String, f64)], tolerance: impl Fn(&str, f64) -> f64) {
@@ -47,8 +47,8 @@ mod slow {
     use polars_io::prelude::*;
 
     use super::*;
-    use crate::command::{chainwave, succeed};
-    use crate::laboratory::Laboratory;
+    use crate::support::command::{chainwave, succeed};
+    use crate::support::laboratory::Laboratory;
 
     #[test]
     fn tracks_of_the_sample_are_those_of_the_algorithms_version() {

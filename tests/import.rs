@@ -8,9 +8,9 @@ use chainwave_testkit::reference_data;
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::command::{chainwave, fail, succeed};
-use crate::repository::root;
-use crate::table::Table;
+use crate::support::command::{chainwave, fail, succeed};
+use crate::support::repository::root;
+use crate::support::table::Table;
 
 const N_BODIES: usize = 8;
 const PITCH_M: f64 = 0.06;

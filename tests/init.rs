@@ -4,9 +4,9 @@ use std::fs;
 
 use tempfile::TempDir;
 
-use crate::command::{chainwave, fail, succeed};
-use crate::laboratory::Laboratory;
-use crate::repository::root;
+use crate::support::command::{chainwave, fail, succeed};
+use crate::support::laboratory::Laboratory;
+use crate::support::repository::root;
 
 /// The number behind a key in a text.
 fn number_behind(text: &str, key: &str) -> f64 {

@@ -3,9 +3,9 @@
 mod slow {
     use std::fs;
 
-    use crate::command::{chainwave, succeed};
-    use crate::laboratory::Laboratory;
-    use crate::table::Table;
+    use crate::support::command::{chainwave, succeed};
+    use crate::support::laboratory::Laboratory;
+    use crate::support::table::Table;
 
     /// Bodies of the small experiment.
     const N_BODIES: u32 = 12;

@@ -3,9 +3,9 @@
 mod slow {
     use std::fs;
 
-    use crate::laboratory::{Laboratory, evaluation};
-    use crate::motion::Motion;
-    use crate::table::Table;
+    use crate::support::laboratory::{Laboratory, evaluation};
+    use crate::support::motion::Motion;
+    use crate::support::table::Table;
 
     /// A lens that draws the ends of the picture in by 1.4 px and shows lengths there 2.5 % smaller than in the middle.
     const FOCAL_PX: f64 = 400.0;

@@ -6,8 +6,8 @@ use std::process::Command;
 
 use tempfile::TempDir;
 
-use crate::command::{chainwave, fail};
-use crate::repository::root;
+use crate::support::command::{chainwave, fail};
+use crate::support::repository::root;
 
 const SIDE_PX: u32 = 64;
 const N_FRAMES: u32 = 6;
@@ -157,7 +157,7 @@ fn a_command_is_handed_over_once() {
 #[cfg(feature = "opencv")]
 mod with_opencv {
     use super::*;
-    use crate::command::succeed;
+    use crate::support::command::succeed;
 
     #[test]
     fn a_video_is_read_as_it_was_written() {

@@ -11,10 +11,10 @@ mod slow {
 
     use tempfile::TempDir;
 
-    use crate::command::chainwave;
-    use crate::folder::times_of;
-    use crate::repository::root;
-    use crate::table::Table;
+    use crate::support::command::chainwave;
+    use crate::support::folder::times_of;
+    use crate::support::repository::root;
+    use crate::support::table::Table;
 
     const FIGURES: [&str; 8] = [
         "contact-curve",

@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
-use crate::laboratory::Laboratory;
-use crate::motion::Motion;
-use crate::repository::root;
-use crate::table::Table;
+use crate::support::laboratory::Laboratory;
+use crate::support::motion::Motion;
+use crate::support::repository::root;
+use crate::support::table::Table;
 
 const N_BODIES: usize = 12;
 const PITCH_M: f64 = 0.030;

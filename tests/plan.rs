@@ -2,8 +2,8 @@
 
 use serde_json::Value;
 
-use crate::command::{chainwave, fail, succeed};
-use crate::laboratory::{Laboratory, N_RECORDINGS};
+use crate::support::command::{chainwave, fail, succeed};
+use crate::support::laboratory::{Laboratory, N_RECORDINGS};
 
 /// The results that a plan predicts, each with its uncertainty.
 const RESULTS: [[&str; 2]; 7] = [

@@ -8,7 +8,7 @@ use serde_json::Value;
 use tempfile::TempDir;
 use tiff::decoder::{Decoder, DecodingResult};
 
-use crate::command::{chainwave, fail, succeed};
+use crate::support::command::{chainwave, fail, succeed};
 
 /// The keys that interface.md promises.
 const KEYS: [&str; 12] = [

@@ -8,9 +8,9 @@ mod slow {
     use std::thread::sleep;
     use std::time::{Duration, Instant, SystemTime};
 
-    use crate::command::succeed;
-    use crate::folder::{assert_same, times_of};
-    use crate::laboratory::{Laboratory, N_RECORDINGS, evaluation};
+    use crate::support::command::succeed;
+    use crate::support::folder::{assert_same, times_of};
+    use crate::support::laboratory::{Laboratory, N_RECORDINGS, evaluation};
 
     #[test]
     fn an_interrupted_run_goes_on_where_it_stopped() {

@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::command::{chainwave, fail, succeed};
-use crate::repository::root;
-use crate::table::Table;
+use crate::support::command::{chainwave, fail, succeed};
+use crate::support::repository::root;
+use crate::support::table::Table;
 
 /// A wrong scene: the text to replace, what to put there, and a word of the message.
 const WRONG_SCENES: [(&str, &str, &str); 8] = [

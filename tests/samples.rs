@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::command::{chainwave, succeed};
-use crate::folder::files;
-use crate::motion::Motion;
-use crate::repository::root;
-use crate::table::Table;
+use crate::support::command::{chainwave, succeed};
+use crate::support::folder::files;
+use crate::support::motion::Motion;
+use crate::support::repository::root;
+use crate::support::table::Table;
 
 /// The scene behind the sample recording, as `chainwave simulate` takes it.
 const SCENE: &str = r#"

@@ -6,8 +6,8 @@ mod slow {
 
     use serde_json::Value;
 
-    use crate::command::fail;
-    use crate::laboratory::{Laboratory, evaluation};
+    use crate::support::command::fail;
+    use crate::support::laboratory::{Laboratory, evaluation};
 
     /// The small experiment as it was filmed, whose plan then is mistaken.
     struct Mistaken {

@@ -4,9 +4,9 @@ mod slow {
     use std::fs;
     use std::path::Path;
 
-    use crate::command::succeed;
-    use crate::laboratory::{Laboratory, evaluation};
-    use crate::table::Table;
+    use crate::support::command::succeed;
+    use crate::support::laboratory::{Laboratory, evaluation};
+    use crate::support::table::Table;
 
     const SCALE_PX_PER_M: f64 = 2500.0;
     /// Four standard uncertainties, as in the other tests of the whole way.

@@ -5,9 +5,9 @@ mod slow {
 
     use serde_json::Value;
 
-    use crate::command::fail;
-    use crate::laboratory::{Laboratory, evaluation};
-    use crate::table::Table;
+    use crate::support::command::fail;
+    use crate::support::laboratory::{Laboratory, evaluation};
+    use crate::support::table::Table;
 
     #[test]
     fn each_velocity_is_evaluated_and_the_waves_are_compared() {

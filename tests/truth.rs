@@ -2,8 +2,8 @@
 
 use std::fs;
 
-use crate::command::{chainwave, succeed};
-use crate::laboratory::Laboratory;
+use crate::support::command::{chainwave, succeed};
+use crate::support::laboratory::Laboratory;
 
 /// What a share of intervals held is at least: if all samples of a body share one error, the mean over 12 bodies of 95 % scatters by
 /// 0.95 and 0.05 over 12, to the root, and three times that is allowed.

@@ -9,8 +9,8 @@ use std::time::Duration;
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::command::{chainwave, fail, succeed};
-use crate::repository::root;
+use crate::support::command::{chainwave, fail, succeed};
+use crate::support::repository::root;
 
 /// A server that ends with the test.
 struct Served {

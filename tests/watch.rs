@@ -10,8 +10,8 @@ mod slow {
 
     use serde_json::Value;
 
-    use crate::command::chainwave;
-    use crate::laboratory::Laboratory;
+    use crate::support::command::chainwave;
+    use crate::support::laboratory::Laboratory;
 
     const FAULTS: &str = r#"
 [[synthetic.faults]]

@@ -4,11 +4,11 @@ mod slow {
     use std::path::Path;
     use std::process::Command;
 
-    use crate::command::{chainwave, succeed};
-    use crate::folder::times_of;
-    use crate::laboratory::{Laboratory, N_RECORDINGS, evaluation};
-    use crate::python::{Python, text};
-    use crate::repository::root;
+    use crate::support::command::{chainwave, succeed};
+    use crate::support::folder::times_of;
+    use crate::support::laboratory::{Laboratory, N_RECORDINGS, evaluation};
+    use crate::support::python::{Python, text};
+    use crate::support::repository::root;
 
     /// Settings take what follows them, so targets and options stand before.
     fn snakemake(python: &Python, out: &Path, asked: &[&str], settings: &[String]) -> Command {

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use toml::{Table, Value};
 
-use crate::repository::{files, names_in, root};
+use crate::support::repository::{files, names_in, root};
 
 /// Which crates of the workspace a crate's product may depend on. `None`: on all of them.
 const ALLOWED: [(&str, Option<&[&str]>); 18] = [

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::{Component, Path, PathBuf};
 
-use crate::repository::{Source, files, names_in, root, rust_sources, sources};
+use crate::support::repository::{Source, files, names_in, root, rust_sources, sources};
 
 /// Where the pages of the book lie, and their table of contents.
 const BOOK: &str = "docs/src";

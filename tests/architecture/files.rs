@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use sha2::{Digest, Sha256};
 use toml::Table;
 
-use crate::repository::{files, files_below, names_in, root};
+use crate::support::repository::{files, files_below, names_in, root};
 
 /// What stands at the top of the repository beside files and folders whose names begin with a dot.
 const TOP: [&str; 14] = [

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use crate::repository::{Source, names_in, rust_sources};
+use crate::support::repository::{Source, names_in, rust_sources};
 
 /// A file by the path of its module: `crate::chain::simulate`.
 type Module = String;

@@ -1,6 +1,6 @@
 //! What holds of every source file: its length, no silenced lint, nothing unfinished, no path of one machine.
 
-use crate::repository::{rust_sources, sources};
+use crate::support::repository::{rust_sources, sources};
 
 /// Longer files hold more than one idea.
 const MOST_LINES: usize = 500;

@@ -6,8 +6,8 @@ mod slow {
 
     use serde_json::Value;
 
-    use crate::command::succeed;
-    use crate::laboratory::{Laboratory, evaluation};
+    use crate::support::command::succeed;
+    use crate::support::laboratory::{Laboratory, evaluation};
 
     #[test]
     fn a_mass_stated_with_its_uncertainty_does_not_bend_the_damping() {

@@ -8,9 +8,9 @@ use tempfile::TempDir;
 use tiff::encoder::TiffEncoder;
 use tiff::encoder::colortype::Gray16;
 
-use crate::command::{chainwave, fail, succeed};
-use crate::repository::root;
-use crate::table::Table;
+use crate::support::command::{chainwave, fail, succeed};
+use crate::support::repository::root;
+use crate::support::table::Table;
 
 /// Side of the pictures drawn here.
 const SIDE_PX: u32 = 64;
@@ -272,7 +272,7 @@ fn dark_frames_and_a_flat_field_take_off_what_the_sensor_adds() {
 
 mod slow {
     use super::*;
-    use crate::laboratory::{Laboratory, evaluation};
+    use crate::support::laboratory::{Laboratory, evaluation};
 
     /// A picture of the small experiment's camera in the dark.
     fn dark_picture(level: u16) -> Vec<u8> {

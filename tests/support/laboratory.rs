@@ -6,12 +6,12 @@ use std::process::Command;
 
 use tempfile::TempDir;
 
-use crate::command::{chainwave, succeed};
+use crate::support::command::{chainwave, succeed};
 
 /// The small experiment that the tests film and evaluate.
-const EXPERIMENT: &str = include_str!("small-experiment/experiment.toml");
+const EXPERIMENT: &str = include_str!("../small-experiment/experiment.toml");
 /// Its recordings.
-const TRIALS: &str = include_str!("small-experiment/trials.csv");
+const TRIALS: &str = include_str!("../small-experiment/trials.csv");
 
 /// Number of recordings in the small experiment.
 pub(crate) const N_RECORDINGS: usize = 15;

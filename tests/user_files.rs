@@ -2,9 +2,9 @@
 
 use std::fs::{self, File};
 
-use crate::command::{chainwave, fail, succeed};
-use crate::laboratory::Laboratory;
-use crate::repository::root;
+use crate::support::command::{chainwave, fail, succeed};
+use crate::support::laboratory::Laboratory;
+use crate::support::repository::root;
 
 const SAMPLE: &str = "data-samples/hec-view1-trial1.cine";
 const POINTS: &str = "name,x_px,y_px,half_width_px,half_height_px\n1,25,19.5,11,11\n";
@@ -94,9 +94,9 @@ mod slow {
     use std::path::Path;
 
     use super::*;
-    use crate::folder::files;
-    use crate::laboratory::evaluation;
-    use crate::table::Table;
+    use crate::support::folder::files;
+    use crate::support::laboratory::evaluation;
+    use crate::support::table::Table;
 
     #[test]
     fn a_velocity_without_recordings_does_not_end_the_others() {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::table::Table;
+use crate::support::table::Table;
 
 /// A motion known exactly: displacements in metres, row by row in time, as `simulate` and `synthesize` write them.
 pub(crate) struct Motion {

@@ -1,7 +1,7 @@
 //! Chains that are not alike throughout: masses, distances, contacts and dampings from body to body, and a wall at the far end.
 
-use crate::command::{chainwave, fail};
-use crate::laboratory::Laboratory;
+use crate::support::command::{chainwave, fail};
+use crate::support::laboratory::Laboratory;
 
 /// What stands in the small experiment, and another chain in its place.
 const MASS: &str = "mass_kg = 0.455e-3";
@@ -30,8 +30,8 @@ mod slow {
     use serde_json::Value;
 
     use super::*;
-    use crate::motion::Motion;
-    use crate::table::Table;
+    use crate::support::motion::Motion;
+    use crate::support::table::Table;
 
     /// Films and evaluates; c_d, c_s and the share of 95 % intervals of the motion that hold the truth.
     fn assert_holds(places: &[(&str, &str)]) -> Value {

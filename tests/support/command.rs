@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::OnceLock;
 
-use crate::repository::root;
+use crate::support::repository::root;
 
 /// The command `chainwave`, ready for arguments; the program that has OpenCV lies beside it unless this test run does without.
 ///

@@ -5,8 +5,8 @@ use std::process::Stdio;
 
 use serde_json::Value;
 
-use crate::command::{chainwave, fail, succeed};
-use crate::repository::root;
+use crate::support::command::{chainwave, fail, succeed};
+use crate::support::repository::root;
 
 fn sample() -> std::path::PathBuf {
     root().join("data-samples/hec-view1-trial1.cine")
