@@ -27,7 +27,7 @@ use crate::read_ahead::{ask_for, ask_for_large, expect_pieces};
 use blocks::Blocks;
 use clock::Clock;
 use header::CineHeader;
-use pixels::PixelLayout;
+use pixels::{FRAME_HEAD_BYTES, PixelLayout};
 use setup::Setup;
 
 pub(crate) const FORMAT: Format = Format {
@@ -37,15 +37,12 @@ pub(crate) const FORMAT: Format = Format {
     files: itself,
 };
 
-/// A frame begins with two sizes of four bytes; annotations may stand between them.
-const FRAME_HEAD_BYTES: u64 = 8;
-
 fn open(path: &Path, options: &OpenOptions) -> Opened {
     let map = map_file(path)?;
     let bytes = Bytes::new(path, &map);
     let mut header = CineHeader::read(bytes)?;
     let setup = Setup::read(bytes, header.setup_offset)?;
-    let layout = PixelLayout::of(bytes, &header, &setup)?;
+    let mut layout = PixelLayout::of(bytes, &header, &setup)?;
     let mut blocks = Blocks::read(bytes, &header, &setup)?;
     let (frames, cut) = frame_offsets(bytes, &header, &layout, options)?;
     blocks.keep_first(frames.len());
@@ -55,6 +52,7 @@ fn open(path: &Path, options: &OpenOptions) -> Opened {
     let mut warnings = quirks::warnings(bytes, &header, &setup, &layout, &blocks, &frames);
     warnings.extend(clock.warnings);
     warnings.extend(cut);
+    warnings.extend(layout.take_stored_depth(bytes, frames[0]));
     let info = RecordingInfo {
         format: layout.storage.name().into(),
         width_px: layout.raster.width_px,
@@ -96,10 +94,7 @@ impl CineImages {
         let bytes = Bytes::new(&self.path, &self.map);
         let start = self.frames[frame];
         let head = bytes.u32("frame head", start).map_err(|error| error.to_string())?;
-        let room = u64::from(head)
-            .checked_sub(FRAME_HEAD_BYTES)
-            .and_then(|_| bytes.slice("pixels", start + u64::from(head), self.layout.frame_bytes).ok());
-        room.ok_or_else(|| {
+        self.layout.pixels(bytes, start, head).ok_or_else(|| {
             let n_bytes = self.layout.frame_bytes;
             format!(
                 "annotation size at byte {start}: expected {FRAME_HEAD_BYTES} or more with {n_bytes} bytes of pixels \

@@ -8,8 +8,10 @@ use zune_jpeg::errors::DecodeErrors;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
+use crate::bytes::Bytes;
 use crate::error::CameraError;
 use crate::picture::{Gray, Picture};
+use crate::tiff;
 
 pub(crate) const MAGIC: &[u8] = b"\xFF\xD8\xFF";
 
@@ -43,6 +45,14 @@ pub(crate) fn load(path: &Path) -> Result<Picture, CameraError> {
         return Err(refused(format!(
             "{width_px} x {height_px} px cannot come from a file of {n_bytes} bytes"
         )));
+    }
+    let orientation = decoder.exif().map_or(1, |exif| tiff::orientation(Bytes::new(path, exif)));
+    if orientation != 1 {
+        return Err(CameraError::Unsupported {
+            path: path.into(),
+            what: format!("a turned or mirrored picture (EXIF orientation {orientation})"),
+            hint: "save with the top row first, orientation 1".into(),
+        });
     }
     let n_channels = match colours {
         ColorSpace::Luma => 1,

@@ -71,7 +71,6 @@ mod corners;
 mod error;
 mod file_recording;
 mod flat;
-mod foreign;
 mod format;
 mod jpeg;
 mod library;
@@ -87,12 +86,15 @@ mod picture;
 mod png;
 mod raster;
 mod raw;
+mod raw_geometry;
 mod read_ahead;
 mod sensor;
 mod series;
+mod stated_depth;
 mod survey;
 mod tiff;
 mod timing;
+mod unsupported;
 mod video;
 
 use std::path::{Path, PathBuf};
@@ -107,8 +109,8 @@ pub use error::CameraError;
 use format::{Format, itself};
 pub use library::{OpenedVideo, VideoFrames, VisionLibrary, register_vision, vision_library};
 pub use options::{ByteCounter, OpenOptions};
-pub use raw::geometry::RawGeometry;
 pub use raw::open_raw;
+pub use raw_geometry::RawGeometry;
 pub use sensor::{Corrected, Defect, DefectKind, DefectMap, PixelStatistics, SensorCorrection};
 pub use survey::{
     ContactSheet, GrayFrame, Histogram, NoiseEstimate, SheetLayout, contact_sheet, gray_frame, gray_frames,
@@ -140,12 +142,12 @@ pub fn open_with(path: &Path, options: &OpenOptions) -> Result<Box<dyn Recording
     let candidate = Candidate::read(path)?;
     match FORMATS.iter().find(|format| (format.recognises)(&candidate)) {
         Some(format) => (format.open)(path, options),
-        None => Err(foreign::refusal(&candidate).unwrap_or_else(|| unknown_format(&candidate))),
+        None => Err(unsupported::refusal(&candidate).unwrap_or_else(|| unknown_format(&candidate))),
     }
 }
 
-/// The files that a recording consists of: itself; those in a folder, by name, without hidden ones; of a Photron recording its header and its pixels,
-/// whichever of them was named. A file of no known format, and one of a pair whose other file is missing, is taken for itself alone.
+/// The files that a recording consists of: itself; those in a folder, by name, without hidden ones, and behind them the .cih or .cihx beside the
+/// folder; of a Photron recording its header and its pixels, whichever of them was named. A file of no known format, and one of a pair whose other file is missing, is taken for itself alone.
 ///
 /// # Errors
 /// A file or folder that cannot be read.

@@ -21,7 +21,7 @@ use crate::options::OpenOptions;
 use fields::is_header;
 use header::MrawHeader;
 use levels::StoredLevels;
-pub(crate) use sidecar::{Sidecar, sidecar};
+pub(crate) use sidecar::{Sidecar, header_beside, sidecar};
 
 /// Pixels alone cannot be recognised, so a .mraw is known by its name, and its header by its first bytes.
 pub(crate) const FORMAT: Format = Format {
@@ -52,6 +52,7 @@ fn open(path: &Path, options: &OpenOptions) -> Opened {
     ));
     warnings.extend(levels.warnings);
     warnings.extend(header.raw_remark);
+    warnings.extend(header.shot.exposure_remark.clone());
     let info = RecordingInfo {
         format: format!("mraw {} bit", header.stored_bits),
         width_px: header.width_px,

@@ -4,10 +4,8 @@ mod header;
 
 use std::path::Path;
 
-use chainwave_measurement::RecordingInfo;
-
 use crate::bytes::Bytes;
-use crate::file_recording::FileRecording;
+use crate::file_recording::{FileRecording, without_camera};
 use crate::flat::FlatFrames;
 use crate::format::{Format, Opened, itself};
 use crate::mapping::map_file;
@@ -33,23 +31,9 @@ fn open(path: &Path, options: &OpenOptions) -> Opened {
     let (n_frames, cut) = FlatFrames::n_whole(bytes, &raster, header.data_offset, header.n_frames, options)?;
     let bit_depth = header.packing.stored_bits();
     let timing = Timing::of(0..n_frames as u64, options, None);
-    let mut warnings = vec![timing.warning];
-    warnings.extend(unstated_depth(bit_depth));
-    warnings.extend(cut);
-    let info = RecordingInfo {
-        format: format!("npy {bit_depth} bit"),
-        width_px: header.width_px,
-        height_px: header.height_px,
-        n_frames,
-        bit_depth,
-        rate_hz: timing.rate_hz,
-        times_s: timing.times_s,
-        first_image: 0,
-        camera: None,
-        exposure_s: None,
-        triggered_unix_s: None,
-        warnings,
-    };
+    let remarks = unstated_depth(bit_depth).into_iter().chain(cut).collect();
+    let shape = (header.width_px, header.height_px, bit_depth);
+    let info = without_camera(format!("npy {bit_depth} bit"), shape, timing, remarks);
     let frames = FlatFrames::new(path, map, raster, header.data_offset);
     Ok(Box::new(FileRecording::new(path, info, frames, options)))
 }

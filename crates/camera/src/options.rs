@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::error::CameraError;
-use crate::raw::geometry::RawGeometry;
+use crate::raw_geometry::RawGeometry;
 
 /// What the caller knows of a recording, or wants to know of its reading.
 #[derive(Debug, Clone, Default)]

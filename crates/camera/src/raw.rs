@@ -1,22 +1,19 @@
 //! Files of pixels without a header, whose geometry the caller states.
 
-pub(crate) mod geometry;
-
 use std::path::Path;
-
-use chainwave_measurement::{RecordingInfo, Region};
 
 use crate::bytes::Bytes;
 use crate::error::CameraError;
-use crate::file_recording::FileRecording;
+use crate::file_recording::{FileRecording, without_camera};
 use crate::flat::FlatFrames;
 use crate::format::Opened;
 use crate::mapping::map_file;
 use crate::options::OpenOptions;
 use crate::partial;
 use crate::raster::Raster;
+use crate::raw_geometry::RawGeometry;
+use crate::stated_depth::CheckedRows;
 use crate::timing::{Timing, unstated_depth};
-use geometry::RawGeometry;
 
 /// Opens a file of pixels without header.
 ///
@@ -37,26 +34,13 @@ pub fn open_raw(path: &Path, geometry: RawGeometry, options: &OpenOptions) -> Op
     let (n_frames, cut) = n_frames(bytes, geometry, &raster, options)?;
     check_counts(bytes, geometry, &raster)?;
     let timing = Timing::of(0..n_frames as u64, options, None);
-    let mut warnings = vec![
-        format!("the file has no header: its pixels are taken for {geometry}, which nothing in it confirms"),
-        timing.warning,
-    ];
-    warnings.extend(unstated_depth(geometry.bits()));
-    warnings.extend(cut);
-    let info = RecordingInfo {
-        format: format!("raw {geometry}"),
-        width_px: geometry.width_px(),
-        height_px: geometry.height_px(),
-        n_frames,
-        bit_depth: geometry.bits(),
-        rate_hz: timing.rate_hz,
-        times_s: timing.times_s,
-        first_image: 0,
-        camera: None,
-        exposure_s: None,
-        triggered_unix_s: None,
-        warnings,
-    };
+    let mut remarks = vec![format!(
+        "the file has no header: its pixels are taken for {geometry}, which nothing in it confirms"
+    )];
+    remarks.extend(unstated_depth(geometry.bits()));
+    remarks.extend(cut);
+    let shape = (geometry.width_px(), geometry.height_px(), geometry.bits());
+    let info = without_camera(format!("raw {geometry}"), shape, timing, remarks);
     let frames = FlatFrames::new(path, map, raster, 0);
     Ok(Box::new(FileRecording::new(path, info, frames, options)))
 }
@@ -86,18 +70,10 @@ fn n_frames(
 
 /// Refuses a geometry of fewer bits than the pixels in the middle rows of the first frame have.
 fn check_counts(bytes: Bytes, geometry: RawGeometry, raster: &Raster) -> Result<(), CameraError> {
-    const N_CHECKED_ROWS: usize = 16;
-    let image = bytes.slice("first frame", 0, raster.frame_bytes())?;
-    let height = raster.height_px.min(N_CHECKED_ROWS);
-    let region = Region { x: 0, y: (raster.height_px - height) / 2, width: raster.width_px, height };
-    let mut counts = vec![0.0; region.n_pixels()];
-    raster.unpack(image, region, &mut counts);
-    let highest = counts.into_iter().fold(0.0, f32::max);
+    let rows = CheckedRows::of(raster, bytes.slice("first frame", 0, raster.frame_bytes())?);
+    let Some(highest) = rows.above(geometry.bits()) else { return Ok(()) };
     let full_scale = (1_u32 << geometry.bits()) - 1;
-    if highest <= full_scale as f32 {
-        return Ok(());
-    }
-    let at = (region.y * raster.row_bytes) as u64;
+    let at = (rows.region.y * raster.row_bytes) as u64;
     let expected = format_args!("counts up to {full_scale}");
     let found = format_args!("{highest} (are the bits and the order of bytes, le or be, right?)");
     Err(bytes.malformed(format_args!("pixels of {geometry}"), at, expected, found))

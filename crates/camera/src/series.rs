@@ -14,8 +14,9 @@ use chainwave_measurement::{RecordingInfo, Region};
 use crate::cache::FrameCache;
 use crate::candidate::{files_in, has_extension, read_head};
 use crate::error::CameraError;
-use crate::file_recording::{FileRecording, PixelSource};
+use crate::file_recording::{FileRecording, PixelSource, without_camera};
 use crate::format::{Format, Opened, itself};
+use crate::mraw::header_beside;
 use crate::options::OpenOptions;
 use crate::partial;
 use crate::picture::Picture;
@@ -28,7 +29,7 @@ pub(crate) const FOLDER: Format = Format {
     name: "folder of TIFF, PNG, BMP, JPEG or PGM images",
     recognises: |candidate| candidate.is_folder,
     open: open_folder,
-    files: files_in,
+    files: files_of_folder,
 };
 
 pub(crate) const IMAGE: Format = Format {
@@ -98,6 +99,13 @@ fn load(path: &Path) -> Result<(Kind, Picture), CameraError> {
     }
 }
 
+/// The files in a folder, and the header beside it, which times come from as from one among them.
+fn files_of_folder(path: &Path) -> Result<Vec<PathBuf>, CameraError> {
+    let mut files = files_in(path)?;
+    files.extend(header_beside(path));
+    Ok(files)
+}
+
 fn open_folder(path: &Path, options: &OpenOptions) -> Opened {
     let mut images = Vec::new();
     let mut unreadable = Vec::new();
@@ -127,7 +135,7 @@ fn open_folder(path: &Path, options: &OpenOptions) -> Opened {
 
 fn open(path: &Path, mut files: Vec<PathBuf>, numbering: &Numbering, options: &OpenOptions) -> Opened {
     let (kind, first) = load(&files[0])?;
-    let shape @ (width_px, height_px, bit_depth) = first.shape();
+    let shape @ (_, _, bit_depth) = first.shape();
     let n_stated = files.len();
     if options.partial {
         // The copy of a folder ends in an image that is cut short, or in some that are empty.
@@ -136,28 +144,20 @@ fn open(path: &Path, mut files: Vec<PathBuf>, numbering: &Numbering, options: &O
         }
     }
     let schedule = Schedule::of(path, &files, numbering, options)?;
-    let mut warnings = vec![schedule.timing.warning];
-    warnings.extend(schedule.warnings);
-    warnings.extend(unstated_depth(bit_depth));
-    warnings.extend((kind == Kind::Jpeg).then(|| jpeg::LOSSY.into()));
-    warnings.extend(numbering.warnings.iter().cloned());
+    let mut remarks = schedule.warnings;
+    remarks.extend(unstated_depth(bit_depth));
+    remarks.extend((kind == Kind::Jpeg).then(|| jpeg::LOSSY.into()));
+    remarks.extend(numbering.warnings.iter().cloned());
     if files.len() < n_stated {
-        warnings.push(partial::warning(files.len(), Some(n_stated)));
+        remarks.push(partial::warning(files.len(), Some(n_stated)));
     }
     let extent = if path.is_dir() { "series" } else { "image" };
+    let format = format!("{} {extent} {bit_depth} bit", kind.name());
     let info = RecordingInfo {
-        format: format!("{} {extent} {bit_depth} bit", kind.name()),
-        width_px,
-        height_px,
-        n_frames: files.len(),
-        bit_depth,
-        rate_hz: schedule.timing.rate_hz,
-        times_s: schedule.timing.times_s,
         first_image: schedule.first_image,
         camera: schedule.camera,
         exposure_s: schedule.exposure_s,
-        triggered_unix_s: None,
-        warnings,
+        ..without_camera(format, shape, schedule.timing, remarks)
     };
     let images = SeriesImages { files, cache: FrameCache::new(()), shape };
     Ok(Box::new(FileRecording::new(path, info, images, options)))

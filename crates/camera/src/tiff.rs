@@ -4,8 +4,8 @@
 //! they lie. Compressed images are decoded by the library `tiff`.
 
 mod coded;
+mod description;
 mod directory;
-mod imagej;
 mod page;
 mod stack;
 
@@ -26,6 +26,18 @@ pub(crate) const FORMAT: Format = Format {
     open: stack::open,
     files: itself,
 };
+
+/// The orientation that a TIFF directory states, such as cameras put into a JPEG: 1 where the top row comes first, and where nothing is said.
+/// Directories behind a damaged one are not asked.
+pub(crate) fn orientation(bytes: Bytes) -> u64 {
+    let stated = Reader::new(bytes).and_then(|reader| {
+        let mut directories = Vec::new();
+        let walked = reader.walk(&mut directories);
+        let Some(first) = directories.first() else { return walked.map(|()| None) };
+        reader.value(first, page::ORIENTATION)
+    });
+    stated.ok().flatten().unwrap_or(1)
+}
 
 /// The first image of a file.
 pub(crate) fn load(path: &Path) -> Result<Picture, CameraError> {

@@ -13,6 +13,7 @@ use crate::candidate::Candidate;
 use crate::format::{Format, Opened, itself};
 use crate::library::needed;
 use crate::options::OpenOptions;
+use crate::timing::Timing;
 
 pub(crate) const FORMAT: Format = Format {
     name: "AVI, MP4 or Matroska video",
@@ -43,11 +44,18 @@ pub(crate) fn takes_library(candidate: &Candidate) -> bool {
     }
 }
 
-/// What is said of a video's times.
-fn timing_warning(rate_hz: f64, stated_hz: f64) -> String {
-    format!(
-        "a video holds no trigger: t = 0 is its first frame, at {rate_hz} Hz; the file states {stated_hz} Hz"
-    )
+/// Times of frames that were taken `steps` intervals after the first: at the caller's rate, else at that which the file states, where it is one.
+fn timing(steps: impl Iterator<Item = u64>, options: &OpenOptions, stated_hz: f64) -> Timing {
+    let stated_hz = Some(stated_hz).filter(|stated_hz| stated_hz.is_finite() && *stated_hz > 0.0);
+    let Some(rate_hz) = options.rate_hz.or(stated_hz) else { return Timing::of(steps, options, None) };
+    let stated = stated_hz.map_or("no frame rate".into(), |stated_hz| format!("{stated_hz} Hz"));
+    Timing {
+        rate_hz: Some(rate_hz),
+        times_s: steps.map(|step| step as f64 / rate_hz).collect(),
+        warning: format!(
+            "a video holds no trigger: t = 0 is its first frame, at {rate_hz} Hz; the file states {stated}"
+        ),
+    }
 }
 
 fn open(path: &Path, options: &OpenOptions) -> Opened {
@@ -61,6 +69,20 @@ fn open(path: &Path, options: &OpenOptions) -> Opened {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_callers_rate_stands_for_one_that_the_file_does_not_state() {
+        let given = OpenOptions { rate_hz: Some(2000.0), ..OpenOptions::default() };
+        for stated_hz in [0.0, -25.0, f64::NAN, f64::INFINITY] {
+            let timed = timing([0, 1, 4].into_iter(), &given, stated_hz);
+            assert_eq!((timed.rate_hz, timed.times_s), (Some(2000.0), vec![0.0, 1.0 / 2000.0, 4.0 / 2000.0]));
+            assert!(timed.warning.contains("the file states no frame rate"), "{}", timed.warning);
+            let counted = timing([0, 1, 4].into_iter(), &OpenOptions::default(), stated_hz);
+            assert_eq!((counted.rate_hz, counted.times_s), (None, vec![0.0, 1.0, 4.0]));
+            assert!(counted.warning.contains("times count frames"), "{}", counted.warning);
+        }
+        assert!(timing(0..2, &given, 25.0).warning.contains("at 2000 Hz; the file states 25 Hz"));
+    }
 
     #[test]
     fn containers_are_known_by_their_marks() {

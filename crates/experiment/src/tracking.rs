@@ -203,7 +203,8 @@ fn track_one(
     let seeds = setup.corrections.seeds_as_text(&trial.recording);
     let until_s = setup.experiment.tracking.until_s;
     let task = Task { subsets: &subsets, reference: &reference, method, options, sensor, seeds, until_s };
-    let key = TrackKey::of(&trial.recording, setup.content_of(trial)?, &task);
+    let key =
+        TrackKey::of(&trial.recording, setup.content_of(trial)?, &task).at_times(&recording.info().times_s);
     let (mut tracks, origin) = match store.load(&key)? {
         Kept::Tracks(tracks) => {
             monitor.done(Stage::Tracking, recording.info().n_frames as u64);

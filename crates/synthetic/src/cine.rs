@@ -41,7 +41,7 @@ pub(crate) fn header(camera: &Camera, shot: &Shot, frames: &[usize], rates: Stat
     let pointers = exposure_block + BLOCK_PREFIX + 4 * n_frames;
     let first_frame = pointers + 8 * n_frames;
     let mut bytes = HeaderBytes(vec![0; TIME_BLOCK]);
-    put_file_header(&mut bytes, shot, n_frames, pointers);
+    put_file_header(&mut bytes, shot, frames, pointers);
     put_bitmap_header(&mut bytes, camera);
     put_setup(&mut bytes, camera, shot, header_hz);
     let HeaderBytes(mut bytes) = bytes;
@@ -82,10 +82,12 @@ fn stamp(after_trigger_s: f64) -> u64 {
     (TRIGGER_UNIX_S << 32).wrapping_add_signed((after_trigger_s * TICKS_PER_S).round() as i64)
 }
 
-fn put_file_header(bytes: &mut HeaderBytes, shot: &Shot, n_frames: usize, pointers: usize) {
+fn put_file_header(bytes: &mut HeaderBytes, shot: &Shot, frames: &[usize], pointers: usize) {
     let compression_none = 0_u16.to_le_bytes();
-    let first_image = (shot.first_image as i32).to_le_bytes();
-    let n_frames = (n_frames as u32).to_le_bytes();
+    // The first of the file's frames, which is not that of the shot where the file lacks some.
+    let first_image =
+        (shot.first_image as i32 + frames.first().map_or(0, |&first| first as i32)).to_le_bytes();
+    let n_frames = (frames.len() as u32).to_le_bytes();
     bytes.put(0x00, b"CI");
     bytes.put(0x02, &44_u16.to_le_bytes());
     bytes.put(0x04, &compression_none);

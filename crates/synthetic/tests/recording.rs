@@ -323,12 +323,25 @@ fn dropped_frames_are_missing_and_the_stamps_tell() {
     let faults = FileFaults { dropped_frames: Some(5..8), ..FileFaults::default() };
     let bytes = filmed_with(&folder.path().join("dropped"), Packing::Bits16, &faults);
     let (whole, cine) = (Cine(&whole_bytes), Cine(&bytes));
-    assert_eq!(cine.u32(0x14), 17);
+    assert_eq!((cine.u32(0x10), cine.u32(0x14)), (whole.u32(0x10), 17));
     let stamp = |cine: &Cine<'_>, frame: usize| cine.u64(cine.blocks()[0].1 + 8 * frame);
     for (frame, shown) in [(4, 4), (5, 8), (16, 19)] {
         assert_eq!(stamp(&cine, frame), stamp(&whole, shown));
         assert_eq!(cine.stored(frame), whole.stored(shown));
     }
+}
+
+#[test]
+fn a_file_that_lacks_its_first_frames_begins_with_the_number_of_the_next() {
+    let folder = tempfile::tempdir().unwrap();
+    let whole_bytes = filmed(&folder.path().join("whole"), Packing::Bits16);
+    let faults = FileFaults { dropped_frames: Some(0..3), ..FileFaults::default() };
+    let bytes = filmed_with(&folder.path().join("dropped"), Packing::Bits16, &faults);
+    let (whole, cine) = (Cine(&whole_bytes), Cine(&bytes));
+    assert_eq!(cine.u32(0x10) as i32, whole.u32(0x10) as i32 + 3);
+    // The number by its own time stamp.
+    let stamp = |cine: &Cine<'_>, frame: usize| cine.u64(cine.blocks()[0].1 + 8 * frame);
+    assert_eq!(stamp(&cine, 0), stamp(&whole, 3));
 }
 
 #[test]

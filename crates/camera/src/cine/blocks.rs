@@ -7,6 +7,8 @@ use crate::error::CameraError;
 
 /// Size (u32), type (u16) and a reserved u16.
 const BLOCK_HEAD_BYTES: u64 = 8;
+/// As many zeros as this between blocks are no padding.
+const MOST_PADDING_BYTES: u64 = 4096;
 /// Time stamps of all images in the camera's memory, as older cameras wrote them.
 const MEMORY_TIMES: u16 = 1001;
 const IMAGE_TIMES: u16 = 1002;
@@ -21,6 +23,8 @@ pub(super) struct Blocks {
     pub(super) exposures: Option<Vec<u32>>,
     /// Blocks that hold less than one entry for each image, and are left out: pixels are as certain without them.
     pub(super) short: Vec<String>,
+    /// What stands first between the blocks and is none, and what became of it.
+    pub(super) odd: Option<String>,
 }
 
 impl Blocks {
@@ -28,7 +32,21 @@ impl Blocks {
         let mut blocks = Self::default();
         let mut offset = header.setup_offset + setup.length;
         while offset < header.pointers_offset {
-            let block = TaggedBlock::read(bytes, offset, header.pointers_offset)?;
+            let padding = n_zero_bytes(bytes, offset, header.pointers_offset)?;
+            if (1..MOST_PADDING_BYTES).contains(&padding) {
+                blocks.odd.get_or_insert_with(|| {
+                    format!("{padding} zero bytes at byte {offset} are no tagged block; they are passed over")
+                });
+                offset += padding;
+                continue;
+            }
+            let block = match TaggedBlock::read(bytes, offset, header.pointers_offset)? {
+                Ok(block) => block,
+                Err(odd) => {
+                    blocks.odd.get_or_insert(odd);
+                    break;
+                }
+            };
             match block.kind {
                 IMAGE_TIMES => match block.per_image(bytes, "time stamps", header.n_images)? {
                     Ok(table) => {
@@ -71,6 +89,20 @@ impl Blocks {
     }
 }
 
+/// Bytes of the words of zeros at `offset`, as far as they fill up a part of a file. No block has a size of zero.
+fn n_zero_bytes(bytes: Bytes, offset: u64, end: u64) -> Result<u64, CameraError> {
+    const WORD_BYTES: u64 = 4;
+    let mut n_bytes = 0;
+    while offset + n_bytes < end && n_bytes < MOST_PADDING_BYTES {
+        let n_left = (end - offset - n_bytes).min(WORD_BYTES);
+        if bytes.slice("tagged block", offset + n_bytes, n_left)?.iter().any(|&byte| byte != 0) {
+            break;
+        }
+        n_bytes += n_left;
+    }
+    Ok(n_bytes)
+}
+
 struct TaggedBlock {
     offset: u64,
     /// Bytes of the block, its head included.
@@ -79,15 +111,22 @@ struct TaggedBlock {
 }
 
 impl TaggedBlock {
-    /// The block at `offset`, which must end at `end` at the latest.
-    fn read(bytes: Bytes, offset: u64, end: u64) -> Result<Self, CameraError> {
-        let size = u64::from(bytes.u32("block size", offset)?);
-        let room = BLOCK_HEAD_BYTES..=end - offset;
-        if !room.contains(&size) {
-            let expected = format_args!("{} to {} bytes", room.start(), room.end());
-            return Err(bytes.malformed("block size", offset, expected, size));
+    /// The block at `offset`, which must end at `end` at the latest; or what to say where none lies there: pixels are as certain without what follows.
+    fn read(bytes: Bytes, offset: u64, end: u64) -> Result<Result<Self, String>, CameraError> {
+        let room = end - offset;
+        if room < BLOCK_HEAD_BYTES {
+            return Ok(Err(format!(
+                "the last {room} bytes before the image pointers, at byte {offset}, are no tagged block"
+            )));
         }
-        Ok(Self { offset, size, kind: bytes.u16("block type", offset + 4)? })
+        let size = u64::from(bytes.u32("block size", offset)?);
+        if !(BLOCK_HEAD_BYTES..=room).contains(&size) {
+            return Ok(Err(format!(
+                "tagged block at byte {offset}: expected a size of {BLOCK_HEAD_BYTES} to {room} bytes, found {size}; it and what follows it \
+                 are left out"
+            )));
+        }
+        Ok(Ok(Self { offset, size, kind: bytes.u16("block type", offset + 4)? }))
     }
 
     /// The file's part of the time stamps of a camera's whole memory; `None` where it lies outside, and nothing is certain.

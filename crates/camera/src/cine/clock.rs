@@ -46,7 +46,14 @@ impl Clock {
         }
     }
 
-    fn from_stamps(times_s: Vec<f64>, header: &CineHeader, stated_hz: Option<f64>) -> Self {
+    fn from_stamps(mut times_s: Vec<f64>, header: &CineHeader, stated_hz: Option<f64>) -> Self {
+        let mended = usual_interval_s(&times_s).and_then(|usual_s| mend_isolated(&mut times_s, usual_s));
+        let mut clock = Self::from_mended(times_s, header, stated_hz);
+        clock.warnings.extend(mended);
+        clock
+    }
+
+    fn from_mended(times_s: Vec<f64>, header: &CineHeader, stated_hz: Option<f64>) -> Self {
         match (usual_interval_s(&times_s), stated_hz) {
             (Some(interval_s), _) => Self::in_step(times_s, header, interval_s, stated_hz),
             (None, Some(rate_hz)) if times_s.len() > 1 => {
@@ -99,6 +106,30 @@ fn usual_interval_s(times_s: &[f64]) -> Option<f64> {
 
 fn in_step(interval_s: f64, usual_s: f64) -> bool {
     (interval_s - usual_s).abs() <= STEP_TOLERANCE * usual_s
+}
+
+/// Puts a time that does not lie between its neighbours into their middle, where they are two usual intervals apart: there its frame was taken, whatever
+/// its stamp says. One such stamp would spoil the order of all frames. Gives a warning that names the frames.
+fn mend_isolated(times_s: &mut [f64], usual_s: f64) -> Option<String> {
+    const N_NAMED: usize = 5;
+    let mut mended: Vec<String> = Vec::new();
+    for frame in 1..times_s.len().saturating_sub(1) {
+        let (before_s, stated_s, after_s) = (times_s[frame - 1], times_s[frame], times_s[frame + 1]);
+        let is_between = before_s < stated_s && stated_s < after_s;
+        if !is_between && in_step(after_s - before_s - usual_s, usual_s) {
+            times_s[frame] = before_s + 0.5 * (after_s - before_s);
+            mended.push(format!("frame {frame} ({stated_s} s after the trigger)"));
+        }
+    }
+    let named = mended[..mended.len().min(N_NAMED)].join(", ");
+    let more = if mended.len() > N_NAMED { ", and more" } else { "" };
+    (!mended.is_empty()).then(|| {
+        format!(
+            "{} time stamps do not lie between those of the frames before and after, which are two frame intervals apart: {named}{more}; the \
+             middle of the two is taken",
+            mended.len()
+        )
+    })
 }
 
 /// Names the first frame that does not follow its predecessor by the usual interval.
@@ -172,6 +203,46 @@ mod tests {
         let times_s: Vec<f64> = (0..97).map(|index| (f64::from(index) * 28.5).floor() * 1e-6).collect();
         // The first and last stamps are each rounded by less than 1 us over 96 intervals.
         assert!((usual_interval_s(&times_s).unwrap() - 28.5e-6).abs() < 1e-6 / 96.0);
+    }
+
+    #[test]
+    fn a_stamp_that_is_out_of_order_alone_is_put_between_its_neighbours() {
+        let right_s: Vec<f64> = (0..100).map(|frame| f64::from(frame) * 0.01).collect();
+        let mut times_s = right_s.clone();
+        // A stamp of zero, one an hour late, and one before its predecessor.
+        (times_s[40], times_s[42], times_s[98]) = (-1.7e9, 3600.42, 0.965);
+        let usual_s = usual_interval_s(&times_s).unwrap();
+        let warning = mend_isolated(&mut times_s, usual_s).unwrap();
+        for part in ["3 time stamps", "frame 40 (-1700000000 s", "frame 42 (3600.42 s", "frame 98 ("] {
+            assert!(warning.contains(part), "{part}: {warning}");
+        }
+        // Half the sum of two neighbours has their rounding.
+        assert!(times_s.iter().zip(&right_s).all(|(found, right)| (found - right).abs() < 1e-15));
+        assert_eq!(mend_isolated(&mut times_s, usual_s), None);
+    }
+
+    #[test]
+    fn stamps_that_no_neighbours_vouch_for_stay_as_they_are() {
+        let right_s: Vec<f64> = (0..100).map(|frame| f64::from(frame) * 0.01).collect();
+        let changed = |change: fn(&mut Vec<f64>)| {
+            let mut times_s = right_s.clone();
+            change(&mut times_s);
+            times_s
+        };
+        for times_s in [
+            // The last one; two in a row; one beside dropped frames; one within the order of the others.
+            changed(|times_s| times_s[99] = 1e6),
+            changed(|times_s| times_s[40..42].copy_from_slice(&[-1e9, -1e9])),
+            changed(|times_s| {
+                times_s.drain(41..45);
+                times_s[40] = 1e6;
+            }),
+            changed(|times_s| times_s[40] += 0.004),
+        ] {
+            let mut kept = times_s.clone();
+            assert_eq!(mend_isolated(&mut kept, 0.01), None);
+            assert_eq!(kept, times_s);
+        }
     }
 
     #[test]

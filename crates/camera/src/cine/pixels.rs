@@ -6,7 +6,10 @@ use crate::bytes::Bytes;
 use crate::error::CameraError;
 use crate::packing::Packing;
 use crate::raster::Raster;
+use crate::stated_depth::CheckedRows;
 
+/// A frame begins with two sizes of four bytes; annotations may stand between them.
+pub(super) const FRAME_HEAD_BYTES: u64 = 8;
 /// Bits of a linearised P10 pixel and of a P12L pixel.
 const PACKED_DEPTH: u32 = 12;
 
@@ -38,6 +41,26 @@ impl PixelLayout {
         }
         let bit_depth = storage.bit_depth(header, setup);
         Ok(Self { storage, raster, bit_depth, frame_bytes })
+    }
+
+    /// The pixels of the frame at `start`, whose head states that they begin so many bytes behind; `None` where none can lie there.
+    pub(super) fn pixels<'a>(&self, bytes: Bytes<'a>, start: u64, head: u32) -> Option<&'a [u8]> {
+        let head = u64::from(head);
+        (head >= FRAME_HEAD_BYTES).then(|| bytes.slice("pixels", start + head, self.frame_bytes).ok())?
+    }
+
+    /// Takes all bits that are stored for significant, and says so, where the first frame, at `start`, has counts above the stated depth.
+    pub(super) fn take_stored_depth(&mut self, bytes: Bytes, start: u64) -> Option<String> {
+        let (stated, stored) = (self.bit_depth, self.storage.packing().stored_bits());
+        if self.storage != CineStorage::Gray16 || stated >= stored {
+            return None;
+        }
+        let image = self.pixels(bytes, start, bytes.u32("frame head", start).ok()?)?;
+        let highest = CheckedRows::of(&self.raster, image).above(stated)?;
+        self.bit_depth = stored;
+        Some(format!(
+            "{stated} bits are stated, but pixels of the first frame have counts up to {highest}; all {stored} stored bits are taken for significant"
+        ))
     }
 }
 

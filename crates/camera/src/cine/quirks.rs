@@ -27,7 +27,7 @@ pub(super) fn warnings(
         colour_filter(header, setup),
         display_turns(setup),
     ];
-    findings.into_iter().flatten().chain(blocks.short.iter().cloned()).collect()
+    findings.into_iter().flatten().chain(blocks.short.iter().chain(&blocks.odd).cloned()).collect()
 }
 
 /// Some cameras write garbage into a frame's own size word. The first and the last frame tell, and no more are touched.

@@ -7,6 +7,8 @@ use crate::bytes::Bytes;
 use crate::error::CameraError;
 
 const TEXT_MARK: &[u8] = b"#Camera Information Header";
+/// Editors put this before a text that they keep in UTF-8.
+const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
 const XML_MARK: &[u8] = b"CIHX";
 /// Where [`XML_MARK`] stands.
 const XML_MARK_AT: usize = 0x100;
@@ -22,7 +24,7 @@ pub(super) struct Key {
 
 /// Whether a file that starts with `head` is a .cih or a .cihx.
 pub(super) fn is_header(head: &[u8]) -> bool {
-    head.starts_with(TEXT_MARK) || is_xml(head)
+    head.strip_prefix(BYTE_ORDER_MARK).unwrap_or(head).starts_with(TEXT_MARK) || is_xml(head)
 }
 
 fn is_xml(head: &[u8]) -> bool {
@@ -92,8 +94,9 @@ impl HeaderFields {
 fn text_fields(data: &[u8]) -> Vec<Field> {
     let mut fields = Vec::new();
     let mut offset = 0;
+    let is_utf8 = data.starts_with(BYTE_ORDER_MARK);
     for line in data.split_inclusive(|&byte| byte == b'\n') {
-        let text = latin1(line);
+        let text = if is_utf8 { String::from_utf8_lossy(line).into_owned() } else { latin1(line) };
         if text.trim().is_empty() {
             break;
         }
@@ -171,6 +174,16 @@ mod tests {
         let fields = fields(text).unwrap();
         assert_eq!(fields.number::<usize>(WIDTH, "a width").unwrap(), 640);
         assert_eq!(fields.text(TYPE), Some("Mono"));
+        assert_eq!(fields.text(Key { text: "Comment", xml: "" }), Some("\u{B5}m"));
+    }
+
+    #[test]
+    fn a_byte_order_mark_before_a_cih_says_that_it_is_in_utf_8() {
+        let text =
+            "\u{FEFF}#Camera Information Header\r\nImage Width : 640\r\nComment : \u{B5}m\r\n".as_bytes();
+        assert!(is_header(text));
+        let fields = fields(text).unwrap();
+        assert_eq!(fields.number::<usize>(WIDTH, "a width").unwrap(), 640);
         assert_eq!(fields.text(Key { text: "Comment", xml: "" }), Some("\u{B5}m"));
     }
 

@@ -57,6 +57,8 @@ pub(crate) struct Shot {
     /// Rate at which the camera recorded.
     pub(crate) record_hz: f64,
     pub(crate) exposure_s: Option<f64>,
+    /// A remark on an exposure that cannot be as it stands there.
+    pub(crate) exposure_remark: Option<String>,
     pub(crate) camera: Option<String>,
 }
 
@@ -95,14 +97,17 @@ impl Shot {
     }
 
     fn of(fields: &HeaderFields) -> Result<Self, CameraError> {
+        let record_hz = record_hz(fields)?;
+        let (exposure_s, exposure_remark) = exposure_s(fields, record_hz)?;
         Ok(Self {
             n_recorded: fields.optional(RECORDED, "a number of frames")?,
             n_saved: fields.optional(TOTAL, "a number of frames")?,
             start_frame: frame_number(fields, START)?,
             trigger_frame: frame_number(fields, TRIGGER)?,
             step: fields.optional(STEP, "a number of frames")?.unwrap_or(1).max(1),
-            record_hz: record_hz(fields)?,
-            exposure_s: exposure_s(fields)?,
+            record_hz,
+            exposure_s,
+            exposure_remark,
             camera: fields.text(CAMERA).map(Into::into),
         })
     }
@@ -192,16 +197,37 @@ fn record_hz(fields: &HeaderFields) -> Result<f64, CameraError> {
     is_rate.then_some(rate_hz).ok_or_else(|| fields.other(RATE, expected))
 }
 
-/// From the exposure in nanoseconds, else from the shutter speed: `1/15371`, or a number, which is its reciprocal.
-fn exposure_s(fields: &HeaderFields) -> Result<Option<f64>, CameraError> {
+/// From the exposure in nanoseconds, else from the shutter speed: `1/15371`, or a number, which is its reciprocal. No frame is exposed longer than
+/// frames are apart: a number whose reciprocal is, is taken for the seconds that the field's name promises if these are not, and a remark says so.
+fn exposure_s(fields: &HeaderFields, record_hz: f64) -> Result<(Option<f64>, Option<String>), CameraError> {
+    // Rates and shutter speeds are rounded to whole numbers.
+    let is_possible = |exposure_s: &f64| *exposure_s > 0.0 && exposure_s * record_hz < 1.01;
     let nanoseconds: Option<f64> = fields.optional(SHUTTER_NS, "nanoseconds")?;
-    let shutter = fields.text(SHUTTER).map(|text| text.trim_start_matches("1/"));
-    let exposure_s = match (nanoseconds, shutter.and_then(|text| text.parse::<f64>().ok())) {
-        (Some(nanoseconds), _) => nanoseconds * 1e-9,
-        (None, Some(per_second)) => per_second.recip(),
-        (None, None) => return Ok(None),
+    if let Some(nanoseconds) = nanoseconds {
+        let exposure_s = nanoseconds * 1e-9;
+        return Ok(((exposure_s.is_finite() && exposure_s > 0.0).then_some(exposure_s), None));
+    }
+    let Some(text) = fields.text(SHUTTER) else { return Ok((None, None)) };
+    let fraction = text.strip_prefix("1/");
+    let Ok(number) = fraction.unwrap_or(text).trim().parse::<f64>() else { return Ok((None, None)) };
+    if !(number.is_finite() && number > 0.0) {
+        return Ok((None, None));
+    }
+    let exposure_s = [Some(number.recip()), fraction.is_none().then_some(number)];
+    let (exposure_s, taken) = match exposure_s.map(|exposure_s| exposure_s.filter(is_possible)) {
+        [Some(exposure_s), _] => return Ok((Some(exposure_s), None)),
+        [None, Some(exposure_s)] => (Some(exposure_s), format!("{exposure_s} s are taken")),
+        [None, None] => (None, "no exposure is taken from it".into()),
     };
-    Ok((exposure_s.is_finite() && exposure_s > 0.0).then_some(exposure_s))
+    let name = SHUTTER.text;
+    Ok((
+        exposure_s,
+        Some(format!(
+            "{name} {text}: expected an exposure of at most the {:e} s from frame to frame, found {:e} s; {taken}",
+            record_hz.recip(),
+            number.recip()
+        )),
+    ))
 }
 
 #[cfg(test)]

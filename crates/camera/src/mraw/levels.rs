@@ -1,15 +1,11 @@
 //! Significant bits of Photron's stored values: how many, and at which end.
 
-use chainwave_measurement::Region;
-
 use super::header::{MrawHeader, Side};
 use crate::bytes::Bytes;
 use crate::error::CameraError;
 use crate::packing::Packing;
 use crate::raster::Raster;
-
-/// Rows of the first frame that the header's statements on bits are held against.
-const N_CHECKED_ROWS: usize = 16;
+use crate::stated_depth::CheckedRows;
 
 /// How stored values become counts.
 pub(super) struct StoredLevels {
@@ -28,11 +24,14 @@ impl StoredLevels {
         if depth >= stored {
             return Ok(Self { raster, bit_depth: stored, warnings: lost_bits(header).into_iter().collect() });
         }
-        let agree = |count: f32| match side {
-            Side::Lower => count < 2_f32.powi(depth as i32),
-            Side::Higher => count % 2_f32.powi((stored - depth) as i32) == 0.0,
+        let rows = CheckedRows::of(&raster, bytes.slice("first frame", 0, raster.frame_bytes())?);
+        let agrees = match side {
+            Side::Lower => rows.above(depth).is_none(),
+            Side::Higher => {
+                rows.counts.iter().all(|count| count % 2_f32.powi((stored - depth) as i32) == 0.0)
+            }
         };
-        if !first_counts(bytes, &raster)?.into_iter().all(agree) {
+        if !agrees {
             let warning = format!(
                 "the header says that counts are the {depth} {} bits of {stored}, but pixels of the first frame have \
                  others; all {stored} are taken",
@@ -69,14 +68,4 @@ fn lost_bits(header: &MrawHeader) -> Option<String> {
             (1_u32 << stored) - 1
         ),
     })
-}
-
-/// The counts of some rows in the middle of the first frame.
-fn first_counts(bytes: Bytes, raster: &Raster) -> Result<Vec<f32>, CameraError> {
-    let image = bytes.slice("first frame", 0, raster.frame_bytes())?;
-    let height = raster.height_px.min(N_CHECKED_ROWS);
-    let y = (raster.height_px - height) / 2;
-    let mut counts = vec![0.0; raster.width_px * height];
-    raster.unpack(image, Region { x: 0, y, width: raster.width_px, height }, &mut counts);
-    Ok(counts)
 }

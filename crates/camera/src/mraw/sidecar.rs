@@ -47,14 +47,20 @@ fn headers(folder: &Path) -> Result<Vec<PathBuf>, CameraError> {
             found.push(file);
         }
     }
-    found.extend(["cihx", "cih"].iter().find_map(|extension| beside(folder, extension)));
+    found.extend(header_beside(folder));
     let doubled = |file: &PathBuf| has_extension(file, "cih") && found.contains(&file.with_extension("cihx"));
     Ok(found.iter().filter(|file| !doubled(file)).cloned().collect())
 }
 
-/// The file whose name is the folder's, with an extension.
+/// The header beside a folder: the file whose name is the folder's and the ending of a header. Where such ones are of both kinds, the .cihx.
+pub(crate) fn header_beside(folder: &Path) -> Option<PathBuf> {
+    // By the path that was given, as the folder's own files are named; a path such as `.` has no name of its own.
+    let found = |folder: &Path| ["cihx", "cih"].iter().find_map(|extension| beside(folder, extension));
+    found(folder).or_else(|| found(&folder.canonicalize().ok()?))
+}
+
+/// The header whose name is the folder's, with an extension.
 fn beside(folder: &Path, extension: &str) -> Option<PathBuf> {
-    let folder = folder.canonicalize().ok()?;
     let name = folder.file_name()?;
     let named = [extension.to_owned(), extension.to_ascii_uppercase()].map(|extension| {
         let mut name = name.to_owned();

@@ -1,6 +1,10 @@
 //! The order of a series of images, and when each was taken, from the numbers in their names.
 
-use std::collections::BTreeMap;
+mod counter;
+mod name;
+
+use counter::{Order, sort};
+use name::{Groups, Member, Name, Pattern, join_signed};
 
 /// Names of images in their order, and what the numbers in them say.
 #[derive(Debug, PartialEq)]
@@ -16,44 +20,6 @@ pub(super) struct Numbering {
     pub(super) warnings: Vec<String>,
 }
 
-/// A name whose runs of digits are taken out.
-struct Name {
-    /// What is left, [`NUMBER`] in the place of each number.
-    pattern: String,
-    numbers: Vec<u64>,
-}
-
-impl Name {
-    fn of(text: &str) -> Self {
-        let mut name = Self { pattern: String::new(), numbers: Vec::new() };
-        let mut digits = String::new();
-        for letter in text.chars().chain(['\0']) {
-            if letter.is_ascii_digit() {
-                digits.push(letter);
-                continue;
-            }
-            // Numbers too large for 64 bits are part of the name like letters.
-            match digits.parse() {
-                Ok(number) => {
-                    name.pattern.push(NUMBER);
-                    name.numbers.push(number);
-                }
-                Err(_) => name.pattern.push_str(&digits),
-            }
-            digits.clear();
-            name.pattern.push(letter);
-        }
-        name.pattern.pop();
-        name
-    }
-}
-
-/// Stands for a number in a pattern: no letter of a file's name.
-const NUMBER: char = '\0';
-
-/// An image's place in the given list, and the numbers in its name.
-type Member = (usize, Vec<u64>);
-
 /// What a folder holds that no series can be made of, and what to do about it.
 type Refusal = (String, String);
 
@@ -65,14 +31,14 @@ impl Numbering {
 
     /// The order of the images that make a series: those of the kind and the name, but for numbers, that most have.
     pub(super) fn of<K: Ord + Copy>(images: &[(K, &str)]) -> Result<Self, Refusal> {
-        let mut groups: BTreeMap<(K, String), Vec<Member>> = BTreeMap::new();
+        let mut groups: Groups<K> = Groups::new();
         for (place, (kind, text)) in images.iter().enumerate() {
             let name = Name::of(text);
             groups.entry((*kind, name.pattern)).or_default().push((place, name.numbers));
         }
-        let shown = |pattern: &str| pattern.replace(NUMBER, "*");
+        let signs = join_signed(&mut groups);
         let patterns: Vec<String> =
-            groups.keys().map(|(_, pattern)| format!("`{}`", shown(pattern))).collect();
+            groups.keys().map(|(_, pattern)| format!("`{}`", pattern.shown())).collect();
         let n_groups = groups.len();
         let Some(((_, pattern), series)) = groups.into_iter().max_by_key(|(_, members)| members.len()) else {
             return Err((
@@ -88,8 +54,9 @@ impl Numbering {
                 "give each series a folder of its own".into(),
             ));
         }
-        let pattern = shown(&pattern);
         let mut numbering = Self::of_series(&pattern, series)?;
+        numbering.warnings.extend(signs);
+        let pattern = pattern.shown();
         if n_others > 0 {
             let others: Vec<&String> =
                 patterns.iter().filter(|other| **other != format!("`{pattern}`")).collect();
@@ -101,34 +68,35 @@ impl Numbering {
         Ok(numbering)
     }
 
-    fn of_series(pattern: &str, mut series: Vec<Member>) -> Result<Self, Refusal> {
-        let n_columns = series.first().map_or(0, |(_, numbers)| numbers.len());
-        let varies =
-            |column: &usize| series.iter().any(|(_, numbers)| numbers[*column] != series[0].1[*column]);
-        // The last number that varies counts the frames; what varies before it may be a date.
-        let Some(column) = (0..n_columns).rev().find(varies) else {
-            // One image, or names that differ only in how a number is written.
-            return if series.len() == 1 { Ok(Self::single_at(series[0].0)) } else { Err(repeated(pattern)) };
-        };
-        series.sort_by_key(|(place, numbers)| (numbers[column], *place));
-        let numbers: Vec<u64> = series.iter().map(|(_, numbers)| numbers[column]).collect();
-        if numbers.windows(2).any(|pair| pair[0] == pair[1]) {
-            return Err(repeated(pattern));
+    fn of_series(pattern: &Pattern, mut series: Vec<Member>) -> Result<Self, Refusal> {
+        if let [(place, _)] = series[..] {
+            return Ok(Self { order: vec![place], ..Self::single() });
         }
-        let spacing =
-            numbers.iter().fold(0, |divisor, number| greatest_divisor(number - numbers[0], divisor));
-        let steps = numbers.iter().map(|number| (number - numbers[0]) / spacing).collect();
-        Ok(Self {
-            order: series.iter().map(|(place, _)| *place).collect(),
-            spacing,
-            steps,
-            first: i64::try_from(numbers[0]).unwrap_or(0),
-            warnings: gaps(&numbers, spacing),
-        })
+        match sort(pattern, &mut series) {
+            Order::Counted { column, warning } => Ok(Self::counted(&series, column, warning)),
+            Order::Uncounted { warning } => Ok(Self {
+                order: series.iter().map(|(place, _)| *place).collect(),
+                steps: (0..series.len() as u64).collect(),
+                warnings: vec![warning],
+                ..Self::single()
+            }),
+            Order::Repeated => Err(repeated(&pattern.shown())),
+        }
     }
 
-    fn single_at(place: usize) -> Self {
-        Self { order: vec![place], ..Self::single() }
+    /// Of a series in the order of the numbers of a column, which differ.
+    fn counted(series: &[Member], column: usize, warning: Option<String>) -> Self {
+        let numbers: Vec<i128> = series.iter().map(|(_, numbers)| numbers[column].value).collect();
+        let spacing =
+            numbers.iter().fold(0, |divisor, number| greatest_divisor(number - numbers[0], divisor));
+        let steps = numbers.iter().map(|number| saturated((number - numbers[0]) / spacing)).collect();
+        Self {
+            order: series.iter().map(|(place, _)| *place).collect(),
+            spacing: saturated(spacing),
+            steps,
+            first: i64::try_from(numbers[0]).unwrap_or(0),
+            warnings: warning.into_iter().chain(gaps(&numbers, spacing)).collect(),
+        }
     }
 }
 
@@ -139,12 +107,17 @@ fn repeated(pattern: &str) -> Refusal {
     )
 }
 
-fn greatest_divisor(a: u64, b: u64) -> u64 {
+/// A count that is not negative.
+fn saturated(n: i128) -> u64 {
+    u64::try_from(n).unwrap_or(u64::MAX)
+}
+
+fn greatest_divisor(a: i128, b: i128) -> i128 {
     if b == 0 { a } else { greatest_divisor(b, a % b) }
 }
 
 /// What is odd about increasing numbers that are `spacing`, their greatest common spacing, or multiples of it apart.
-fn gaps(numbers: &[u64], spacing: u64) -> Vec<String> {
+fn gaps(numbers: &[i128], spacing: i128) -> Vec<String> {
     const N_NAMED: usize = 5;
     let wide = numbers.windows(2).filter(|pair| pair[1] - pair[0] > spacing);
     let missing: Vec<String> = wide
@@ -152,7 +125,7 @@ fn gaps(numbers: &[u64], spacing: u64) -> Vec<String> {
         .map(|pair| (pair[0] + spacing, pair[1] - spacing))
         .map(|(from, to)| if from == to { from.to_string() } else { format!("{from} to {to}") })
         .collect();
-    let n_missing: u64 = wide.map(|pair| (pair[1] - pair[0]) / spacing - 1).sum();
+    let n_missing: i128 = wide.map(|pair| (pair[1] - pair[0]) / spacing - 1).sum();
     let mut warnings = Vec::new();
     if spacing > 1 {
         warnings.push(format!("the images' numbers advance by {spacing}: one interval is taken to be that"));
@@ -206,6 +179,69 @@ mod tests {
         assert_eq!(numbering.steps, [0, 1, 2, 5]);
         assert!(numbering.warnings[0].contains("advance by 20"));
         assert!(numbering.warnings[1].contains("2 images are missing between others: 61 to 81"));
+    }
+
+    #[test]
+    fn a_minus_before_numbers_that_others_have_without_one_is_a_sign() {
+        let names = ["img_-00001.tif", "img_-00002.tif", "img_-00003.tif", "img_00000.tif", "img_00001.tif"];
+        let numbering = of(&names).unwrap();
+        assert_eq!((numbering.order, numbering.first), (vec![2, 1, 0, 3, 4], -3));
+        assert_eq!(numbering.steps, [0, 1, 2, 3, 4]);
+        assert_eq!(
+            numbering.warnings,
+            [
+                "3 images are named `img_-*.tif` and others `img_*.tif`: the minus is taken for the sign of the number"
+            ]
+        );
+        // A date before them, whose minuses separate.
+        let dated = of(&["1-2-3_a-2.tif", "1-2-3_a-1.tif", "1-2-3_a0.tif"]).unwrap();
+        assert_eq!((dated.order, dated.first), (vec![0, 1, 2], -2));
+        let apart = of(&["img-00001.tif", "img-00002.tif", "img-00003.tif"]).unwrap();
+        assert_eq!((apart.order, apart.first, apart.warnings), (vec![0, 1, 2], 1, vec![]));
+        assert!(of(&["a-0.tif", "a0.tif"]).is_err());
+    }
+
+    #[test]
+    fn times_of_day_are_in_order_across_their_seconds() {
+        let names =
+            ["c_20240101_120001_020000.tif", "c_20240101_120000_960000.tif", "c_20240101_120000_990000.tif"];
+        let numbering = of(&names).unwrap();
+        assert_eq!((numbering.order, numbering.steps, numbering.first), (vec![1, 2, 0], vec![0, 1, 2], 0));
+        assert_eq!(numbering.spacing, 1);
+        assert!(numbering.warnings[0].contains("no number in the names `c_*_*_*.tif` counts the images"));
+    }
+
+    #[test]
+    fn a_number_that_goes_up_by_one_counts_whatever_stands_behind_or_before_it() {
+        let exposures = of(&["f_0001_exp037.tif", "f_0000_exp000.tif", "f_0002_exp012.tif"]).unwrap();
+        assert_eq!((exposures.order, exposures.first, exposures.warnings), (vec![1, 0, 2], 0, vec![]));
+        let same = of(&["f_0001_exp037.tif", "f_0000_exp000.tif", "f_0002_exp037.tif"]).unwrap();
+        assert_eq!((same.order, same.warnings), (vec![1, 0, 2], vec![]));
+        // Over midnight.
+        let numbering = of(&["235959_0007.tif", "000000_0008.tif", "000001_0009.tif"]).unwrap();
+        assert_eq!((numbering.order, numbering.first), (vec![0, 1, 2], 7));
+        assert!(numbering.warnings[0].contains("number 2 in their names"), "{:?}", numbering.warnings);
+        let warm = of(&["T37_f1.tif", "T12_f2.tif", "T40_f4.tif", "T39_f5.tif"]).unwrap();
+        assert_eq!((warm.order, warm.steps), (vec![0, 1, 2, 3], vec![0, 1, 3, 4]));
+        assert!(warm.warnings[0].contains("number 2 in their names"), "{:?}", warm.warnings);
+        // With a gap: the one of the narrower span.
+        let gap = of(&["f_0001_exp037.tif", "f_0000_exp000.tif", "f_0003_exp090.tif"]).unwrap();
+        assert_eq!((gap.order, gap.first, gap.steps), (vec![1, 0, 2], 0, vec![0, 1, 3]));
+    }
+
+    #[test]
+    fn digits_behind_a_point_are_fractions() {
+        let numbering = of(&["t0.5.tif", "t0.25.tif", "t10.125.tif", "t0.75.tif", "t1.0.tif"]).unwrap();
+        assert_eq!((numbering.order, numbering.first), (vec![1, 0, 3, 4, 2], 0));
+        assert!(numbering.warnings[0].contains("no number in the names"), "{:?}", numbering.warnings);
+        assert_eq!(of(&["t0.5.tif", "t0.05.tif"]).unwrap().order, [1, 0]);
+        let halves = of(&["t0.5.tif", "t0.25.tif"]).unwrap();
+        assert_eq!((halves.order, halves.steps), (vec![1, 0], vec![0, 1]));
+        // Of one length they can be counted by; and a second counter is none.
+        assert_eq!(of(&["t0.002.tif", "t0.001.tif"]).unwrap().order, [1, 0]);
+        let counted = of(&["v1.9.tif", "v1.10.tif", "v1.11.tif"]).unwrap();
+        assert_eq!((counted.order, counted.first, counted.warnings), (vec![0, 1, 2], 9, vec![]));
+        assert_eq!(of(&["2024.1.19.tif", "2024.1.9.tif"]).unwrap().order, [1, 0]);
     }
 
     #[test]

@@ -38,22 +38,21 @@ impl Schedule {
             warnings: found.as_ref().err().cloned().into_iter().collect(),
         };
         if let Ok(Some(sidecar)) = found {
-            if options.rate_hz.is_none() {
-                schedule.follow(&sidecar, steps, numbering.spacing);
-            }
+            schedule.follow(&sidecar, steps, numbering.spacing, options.rate_hz);
             schedule.exposure_s = sidecar.shot.exposure_s;
+            schedule.warnings.extend(sidecar.shot.exposure_remark);
             schedule.camera = sidecar.shot.camera;
         }
         Ok(schedule)
     }
 
-    /// Takes the rate of the header, and its trigger where the series is the whole of what was saved.
-    fn follow(&mut self, sidecar: &Sidecar, steps: &[u64], spacing: u64) {
+    /// Takes the rate of the header, unless the caller knows it better, and its trigger where the series is the whole of what was saved.
+    fn follow(&mut self, sidecar: &Sidecar, steps: &[u64], spacing: u64, caller_hz: Option<f64>) {
         let Sidecar { name, shot } = sidecar;
         let Some(step) = recorded_frames(shot.step, spacing) else {
             self.warnings.push(format!(
                 "{name} beside the images says that one frame in {} was saved, but the images' numbers advance by {spacing}: no \
-                 rate is taken from it",
+                 rate is taken from it, and no trigger",
                 shot.step
             ));
             return;
@@ -64,7 +63,8 @@ impl Schedule {
                  frame in {spacing} is taken to be there"
             ));
         }
-        let rate_hz = shot.record_hz / step as f64;
+        let record_hz = caller_hz.map_or(shot.record_hz, |rate_hz| rate_hz * step as f64);
+        let rate_hz = caller_hz.unwrap_or(shot.record_hz / step as f64);
         let n_spanned = steps.last().map_or(0, |last| last.saturating_add(1));
         let is_whole = shot.n_saved == Some(n_spanned);
         let first = if is_whole { shot.start_frame - shot.trigger_frame } else { 0 };
@@ -73,11 +73,17 @@ impl Schedule {
         let frame = |&taken: &u64| first as f64 + taken as f64 * step as f64;
         self.timing = Timing {
             rate_hz: Some(rate_hz),
-            times_s: steps.iter().map(|taken| frame(taken) / shot.record_hz).collect(),
-            warning: format!(
-                "the images hold no time stamps: times are computed at {rate_hz} Hz, the rate of {name} beside them; t = 0 is \
-                 {zero}"
-            ),
+            times_s: steps.iter().map(|taken| frame(taken) / record_hz).collect(),
+            warning: match caller_hz {
+                None => format!(
+                    "the images hold no time stamps: times are computed at {rate_hz} Hz, the rate of {name} beside them; t = 0 is {zero}"
+                ),
+                Some(_) => format!(
+                    "the images hold no time stamps: times are computed at {rate_hz} Hz, as given, and not at the {} Hz of {name} beside \
+                     them; t = 0 is {zero}",
+                    shot.record_hz / step as f64
+                ),
+            },
         };
         if is_whole {
             self.first_image = first;

@@ -14,14 +14,16 @@ const COMPRESSION: u16 = 259;
 const PHOTOMETRIC: u16 = 262;
 const FILL_ORDER: u16 = 266;
 const STRIP_OFFSETS: u16 = 273;
-const ORIENTATION: u16 = 274;
-const SAMPLES: u16 = 277;
+pub(super) const ORIENTATION: u16 = 274;
+pub(super) const SAMPLES: u16 = 277;
 const ROWS_PER_STRIP: u16 = 278;
 const STRIP_SIZES: u16 = 279;
+const PLANAR: u16 = 284;
 const COLOUR_MAP: u16 = 320;
 const TILE_WIDTH: u16 = 322;
 const TILE_OFFSETS: u16 = 324;
 const TILE_SIZES: u16 = 325;
+const EXTRA_SAMPLES: u16 = 338;
 const SAMPLE_FORMAT: u16 = 339;
 
 /// Compressions that are decoded: none, LZW, deflate (two numbers) and PackBits.
@@ -51,6 +53,7 @@ impl Page {
         let (width_px, height_px) = (page.side("image width", WIDTH)?, page.side("image height", HEIGHT)?);
         let bits = page.bits()?;
         page.refuse_other_kinds()?;
+        page.refuse_other_samples()?;
         let storage = match page.packing(bits)? {
             Some(packing) => page.plain(packing, width_px, height_px)?,
             None => page.coded(width_px, height_px)?,
@@ -125,6 +128,38 @@ impl PageFields<'_> {
         Ok(())
     }
 
+    /// Refuses pixels of several samples but gray written as colours, and either with opacity: other samples are other pictures.
+    fn refuse_other_samples(&self) -> Result<(), CameraError> {
+        const RGB: u64 = 2;
+        let n_samples = self.number(SAMPLES, 1)?;
+        if !(1..=4).contains(&n_samples) {
+            return Err(self.malformed("samples per pixel", "1 to 4", n_samples));
+        }
+        if n_samples == 1 {
+            return Ok(());
+        }
+        match self.number(PLANAR, 1)? {
+            1 => {}
+            2 => {
+                let what = format!(
+                    "{n_samples} samples a pixel, each in a plane of its own (planar configuration 2)"
+                );
+                return Err(self.unsupported(&what, "save as gray, with one sample a pixel"));
+            }
+            other => return Err(self.malformed("planar configuration", "1 or 2", other)),
+        }
+        let is_colours = self.number(PHOTOMETRIC, 1)? == RGB;
+        // 1 and 2 of its kinds are opacity. Programs leave it out behind colours, where four samples can be nothing else.
+        let extra = self.reader.values(self.directory, EXTRA_SAMPLES)?.unwrap_or_default();
+        match (is_colours, n_samples, extra.as_slice()) {
+            (true, 3 | 4, _) | (false, 2, [1 | 2]) => Ok(()),
+            _ => {
+                let what = format!("a picture of {n_samples} channels");
+                Err(self.unsupported(&what, "save one channel, as gray with one sample a pixel"))
+            }
+        }
+    }
+
     /// Whether the palette's entries are gray and rise in equal steps, so that a pixel's index is its count.
     fn is_gray_palette(&self) -> Result<bool, CameraError> {
         let map = self.reader.values(self.directory, COLOUR_MAP)?.unwrap_or_default();
@@ -178,9 +213,6 @@ impl PageFields<'_> {
 
     fn coded(&self, width_px: usize, height_px: usize) -> Result<PageStorage, CameraError> {
         let n_samples = self.number(SAMPLES, 1)?;
-        if !(1..=4).contains(&n_samples) {
-            return Err(self.malformed("samples per pixel", "1 to 4", n_samples));
-        }
         let n_numbers = width_px as u128 * height_px as u128 * u128::from(n_samples);
         if !is_plausible(n_numbers, self.reader.bytes.len()) {
             return Err(self.malformed("image size", "one that the file's bytes can hold", width_px as u64));

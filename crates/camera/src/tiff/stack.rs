@@ -1,4 +1,4 @@
-//! A TIFF of one or many images as a recording, with ImageJ's description of the stack.
+//! A TIFF of one or many images as a recording, with the stack's description by ImageJ or OME.
 
 use std::path::Path;
 
@@ -6,13 +6,13 @@ use chainwave_measurement::{RecordingInfo, Region};
 use memmap2::Mmap;
 
 use super::coded::CodedImages;
+use super::description::Description;
 use super::directory::{Directory, Reader};
-use super::imagej::Description;
-use super::page::{Page, PageStorage};
+use super::page::{Page, PageStorage, SAMPLES};
 use crate::bytes::Bytes;
 use crate::cache::FrameCache;
 use crate::error::CameraError;
-use crate::file_recording::{FileRecording, PixelSource};
+use crate::file_recording::{FileRecording, PixelSource, without_camera};
 use crate::flat::FlatFrames;
 use crate::format::Opened;
 use crate::mapping::map_file;
@@ -36,11 +36,16 @@ pub(super) fn open(path: &Path, options: &OpenOptions) -> Opened {
     let first = directories.first().ok_or_else(|| reader.no_image())?;
     let text = reader.text(first, DESCRIPTION).unwrap_or_default();
     let description = Description::of(&text);
+    let n_samples = reader.value(first, SAMPLES)?.unwrap_or(1);
+    if let Some((what, hint)) = description.refusal(usize::try_from(n_samples).unwrap_or(1)) {
+        return Err(CameraError::Unsupported { path: path.into(), what, hint });
+    }
     let mut images = StackImages::read(&reader, &directories, options)?;
     if ended.is_some() {
         images.is_cut = true;
     }
     images.add_imagej_frames(reader.bytes, &description, options)?;
+    images.expect_stated(&reader, first, &description, options)?;
     let info = images.info(&description, options);
     let pixels = images.pixels(path, map)?;
     Ok(Box::new(FileRecording::new(path, info, pixels, options)))
@@ -165,37 +170,44 @@ impl StackImages {
         Ok(())
     }
 
+    /// Refuses fewer frames than the description states, unless `options` ask for those that are there.
+    fn expect_stated(
+        &mut self,
+        reader: &Reader,
+        first: &Directory,
+        description: &Description,
+        options: &OpenOptions,
+    ) -> Result<(), CameraError> {
+        let found = self.directories.len();
+        let Some(n_stated) = description.n_images().filter(|&n_stated| n_stated > found) else {
+            return Ok(());
+        };
+        if !options.partial {
+            let expected = format_args!("{n_stated}, as the description states");
+            let found = format_args!("{found} (those of a file that was cut are read on request)");
+            return Err(reader.bytes.malformed("number of images", first.offset, expected, found));
+        }
+        self.is_cut = true;
+        Ok(())
+    }
+
     fn info(&self, description: &Description, options: &OpenOptions) -> RecordingInfo {
-        let (width_px, height_px, bit_depth) = self.shape;
+        let (_, _, bit_depth) = self.shape;
         let n_frames = self.directories.len();
         let (stated_hz, unknown_unit) = match description.rate_hz() {
             Ok(stated_hz) => (stated_hz, None),
             Err(warning) => (None, Some(warning)),
         };
         let timing = Timing::of(0..n_frames as u64, options, stated_hz);
-        let mut warnings = vec![timing.warning];
-        warnings.extend(unknown_unit);
+        let mut remarks: Vec<String> = unknown_unit.into_iter().collect();
         if self.is_cut {
-            warnings.push(partial::warning(n_frames, description.n_images()));
+            remarks.push(partial::warning(n_frames, description.n_images()));
         }
-        warnings.extend(unstated_depth(bit_depth));
+        remarks.extend(unstated_depth(bit_depth));
         if self.n_thumbnails > 0 {
-            warnings.push(format!("{} reduced copies of images are left out", self.n_thumbnails));
+            remarks.push(format!("{} reduced copies of images are left out", self.n_thumbnails));
         }
-        RecordingInfo {
-            format: format!("tiff {bit_depth} bit"),
-            width_px,
-            height_px,
-            n_frames,
-            bit_depth,
-            rate_hz: timing.rate_hz,
-            times_s: timing.times_s,
-            first_image: 0,
-            camera: None,
-            exposure_s: None,
-            triggered_unix_s: None,
-            warnings,
-        }
+        without_camera(format!("tiff {bit_depth} bit"), self.shape, timing, remarks)
     }
 
     fn pixels(self, path: &Path, map: Mmap) -> Result<Pixels, CameraError> {

@@ -7,13 +7,13 @@
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use chainwave_measurement::{PlainFrame, RecordingInfo, Region};
+use chainwave_measurement::{PlainFrame, Region};
 use memmap2::Mmap;
 
-use super::timing_warning;
+use super::timing;
 use crate::bytes::Bytes;
 use crate::error::CameraError;
-use crate::file_recording::{FileRecording, PixelSource};
+use crate::file_recording::{FileRecording, PixelSource, without_camera};
 use crate::format::Opened;
 use crate::mapping::map_file;
 use crate::options::OpenOptions;
@@ -57,35 +57,15 @@ pub(super) fn open(path: &Path, options: &OpenOptions) -> Option<Opened> {
 fn opened(path: &Path, map: Mmap, header: &Header, options: &OpenOptions) -> Opened {
     let Header { width_px, height_px, n_stated, .. } = *header;
     let stored = Stored::of(Bytes::new(path, &map), header)?;
-    let stated_hz =
-        header.rate_hz.filter(|rate_hz| rate_hz.is_finite() && *rate_hz > 0.0).ok_or_else(|| {
-            let found = header.rate_hz.unwrap_or(0.0);
-            CameraError::Decoder {
-                path: path.into(),
-                reason: format!("expected a frame rate above 0, found {found}"),
-            }
-        })?;
-    let rate_hz = options.rate_hz.unwrap_or(stated_hz);
-    let mut warnings = vec![timing_warning(rate_hz, stated_hz)];
+    let timing = timing(stored.steps.iter().copied(), options, header.rate_hz.unwrap_or(0.0));
+    let mut remarks = Vec::new();
     let n_frames = stored.frames.len();
     if stored.is_cut || n_frames + stored.missing.len() < n_stated {
-        warnings.push(partial::warning(n_frames, Some(n_stated).filter(|n_stated| *n_stated > n_frames)));
+        remarks.push(partial::warning(n_frames, Some(n_stated).filter(|n_stated| *n_stated > n_frames)));
     }
-    warnings.extend(missing_warning(&stored.missing));
-    let info = RecordingInfo {
-        format: "AVI, uncompressed 8 bit gray".into(),
-        width_px,
-        height_px,
-        n_frames,
-        bit_depth: 8,
-        rate_hz: Some(rate_hz),
-        times_s: stored.steps.iter().map(|step| *step as f64 / rate_hz).collect(),
-        first_image: 0,
-        camera: None,
-        exposure_s: None,
-        triggered_unix_s: None,
-        warnings,
-    };
+    remarks.extend(missing_warning(&stored.missing));
+    let shape = (width_px, height_px, 8);
+    let info = without_camera("AVI, uncompressed 8 bit gray".into(), shape, timing, remarks);
     expect_pieces(&map);
     let images = Images { path: path.into(), map, raster: stored.raster, frames: stored.frames };
     Ok(Box::new(FileRecording::new(path, info, images, options)))

@@ -2,15 +2,15 @@
 
 use std::path::Path;
 
-use chainwave_measurement::{RecordingInfo, Region};
+use chainwave_measurement::Region;
 
 use super::container::{self, Cut};
 use super::deep::DeepDecoder;
 use super::layout::CodecLayout;
-use super::timing_warning;
+use super::timing;
 use crate::cache::FrameCache;
 use crate::error::CameraError;
-use crate::file_recording::{FileRecording, PixelSource};
+use crate::file_recording::{FileRecording, PixelSource, without_camera};
 use crate::format::Opened;
 use crate::library::{OpenedVideo, VideoFrames, VisionLibrary};
 use crate::options::OpenOptions;
@@ -34,10 +34,6 @@ pub(super) fn open(
     let cut = container::cut(path)?;
     let opened = library.open_video(path).map_err(|reason| unopened(path, cut.as_ref(), reason))?;
     let OpenedVideo { size_px, rate_hz: stated_hz, n_stated, layout, mut frames } = opened;
-    if !(stated_hz.is_finite() && stated_hz > 0.0) {
-        return Err(failed(format!("expected a frame rate above 0, found {stated_hz}")));
-    }
-    let rate_hz = options.rate_hz.unwrap_or(stated_hz);
     let (width_px, height_px) = size_px;
     let n_stated = believable(path, n_stated)?;
     // Frames that the file does not hold any more are still counted by its header.
@@ -53,23 +49,13 @@ pub(super) fn open(
     }
     let layout = CodecLayout::of(layout);
     let (bit_depth, remark) = depth(layout);
-    let mut info = RecordingInfo {
-        format: format!("{container} video"),
-        width_px,
-        height_px,
-        n_frames,
-        bit_depth,
-        rate_hz: Some(rate_hz),
-        times_s: (0..n_frames).map(|frame| frame as f64 / rate_hz).collect(),
-        first_image: 0,
-        camera: None,
-        exposure_s: None,
-        triggered_unix_s: None,
-        warnings: vec![timing_warning(rate_hz, stated_hz), remark.into()],
-    };
+    let timing = timing(0..n_frames as u64, options, stated_hz);
+    let mut remarks = vec![remark.into()];
     if cut.is_some() || n_stated.is_some_and(|n_stated| n_frames < n_stated) {
-        info.warnings.push(partial::warning(n_frames, n_stated));
+        remarks.push(partial::warning(n_frames, n_stated));
     }
+    let shape = (width_px, height_px, bit_depth);
+    let info = without_camera(format!("{container} video"), shape, timing, remarks);
     let player = Player::new(in_depth(path, layout, frames, size_px)?, size_px, bit_depth);
     let n_kept = KEPT_BYTES / (size_of::<u16>() * width_px * height_px).max(1);
     let video = Video(FrameCache::of_frames(player, n_kept));

@@ -175,6 +175,24 @@ fn blocks_of_too_few_entries_are_left_out_and_named() {
 }
 
 #[test]
+fn padding_between_tagged_blocks_is_passed_over() {
+    let whole = opened(&CineFile::default());
+    for padding in [4, 12] {
+        let padded = opened(&CineFile { padding: vec![0; padding], ..CineFile::default() });
+        let (found, right) = (padded.info(), whole.info());
+        assert_eq!((&found.times_s, found.exposure_s), (&right.times_s, right.exposure_s));
+        assert!(has_warning(&*padded, &format!("{padding} zero bytes at byte ")), "{:?}", found.warnings);
+        assert_eq!(frame(&*padded, 1), frame(&*whole, 1));
+    }
+    // What is no padding ends the blocks: the stamps are before it, the exposures behind.
+    let odd = opened(&CineFile { padding: vec![9, 0, 0, 0], ..CineFile::default() });
+    assert_eq!(odd.info().times_s, whole.info().times_s);
+    assert!(has_warning(&*odd, "are left out"), "{:?}", odd.info().warnings);
+    // The exposure is the header's.
+    assert!((odd.info().exposure_s.unwrap() - 99e-6).abs() < 1e-15);
+}
+
+#[test]
 fn a_setup_field_exists_only_within_the_length() {
     let rate = 12_345.5_f64;
     for (setup_length, camera, rate_hz) in [
@@ -227,6 +245,51 @@ fn a_dummy_last_frame_is_named_and_leaves_rate_and_exposure_alone() {
     assert!((recording.info().exposure_s.unwrap() - 99e-6).abs() < 1e-9);
     assert!(has_warning(&*recording, "frame 19, the last, looks like a dummy"));
     assert!(has_warning(&*recording, "frame 19 lies 25280568"));
+}
+
+#[test]
+fn one_bad_time_stamp_leaves_the_others_their_times() {
+    let n = 20;
+    let right = stamps(-1, n, 10_000.0);
+    let with = |bad: u64| {
+        let mut stamps = right.clone();
+        stamps[7] = bad;
+        opened(&CineFile {
+            frames: vec![codes(64, 4095, 1); n],
+            stamps: Some(stamps),
+            exposures: None,
+            ..CineFile::default()
+        })
+    };
+    let usual = with(right[7]);
+    for bad in [0, right[7] + (3600 << 32)] {
+        let recording = with(bad);
+        let info = recording.info();
+        assert!(has_warning(&*recording, "frame 7 ("), "{:?}", info.warnings);
+        for (time_s, right_s) in info.times_s.iter().zip(&usual.info().times_s) {
+            // Stamps are multiples of 2^-32 s whose two lowest bits are flags.
+            assert!((time_s - right_s).abs() < 1e-9, "{time_s} {right_s}");
+        }
+        assert!((info.rate_hz.unwrap() / 10_000.0 - 1.0).abs() < 1e-6);
+        assert_eq!(info.warnings.len(), 1, "{:?}", info.warnings);
+    }
+}
+
+#[test]
+fn counts_above_the_stated_depth_are_named_and_all_bits_taken() {
+    let plain = opened(&CineFile::default());
+    assert_eq!((plain.info().bit_depth, plain.info().warnings.len()), (12, 0));
+    for annotation in [Vec::new(), b"struck hard".to_vec()] {
+        let mut frames = CineFile::default().frames;
+        frames[0][37] = 4096;
+        let deep = opened(&CineFile { frames, annotation, ..CineFile::default() });
+        assert_eq!((deep.info().bit_depth, frame(&*deep, 0)[37]), (16, 4096.0));
+        assert!(has_warning(
+            &*deep,
+            "12 bits are stated, but pixels of the first frame have counts up to 4096"
+        ));
+        assert_eq!(deep.info().warnings.len(), 1, "{:?}", deep.info().warnings);
+    }
 }
 
 #[test]

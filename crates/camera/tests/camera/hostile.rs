@@ -90,16 +90,8 @@ fn any_damaged_byte_gives_an_error_or_a_readable_recording() {
 #[test]
 fn absurd_sizes_and_offsets_are_refused_at_once() {
     let bytes = CineFile::default().bytes();
-    let fields = [
-        HEADER_IMAGE_COUNT,
-        HEADER_BITMAP,
-        HEADER_SETUP,
-        HEADER_POINTERS,
-        WIDTH,
-        HEIGHT,
-        WIDTH + 0x10,
-        FIRST_BLOCK,
-    ];
+    let fields =
+        [HEADER_IMAGE_COUNT, HEADER_BITMAP, HEADER_SETUP, HEADER_POINTERS, WIDTH, HEIGHT, WIDTH + 0x10];
     for at in fields {
         for value in [0, 0x7FFF_FFFF, 0x8000_0000, u32::MAX] {
             let mut damaged = bytes.clone();
@@ -114,12 +106,23 @@ fn absurd_sizes_and_offsets_are_refused_at_once() {
 }
 
 #[test]
-fn a_block_list_that_does_not_advance_ends_in_an_error() {
-    for size in [0_u32, 7, 1 << 20] {
+fn a_block_list_that_does_not_advance_is_left_and_the_pixels_are_read() {
+    for size in [0_u32, 7, 1 << 20, 0x7FFF_FFFF, 0x8000_0000, u32::MAX] {
         let mut bytes = CineFile::default().bytes();
         bytes[FIRST_BLOCK..FIRST_BLOCK + 4].copy_from_slice(&size.to_le_bytes());
         let (_folder, path) = written(&bytes);
-        let error = open(&path).err().unwrap();
-        assert!(error.to_string().contains(&format!("block size at byte {FIRST_BLOCK}")), "{error}");
+        let recording = open(&path).unwrap();
+        let warnings = recording.info().warnings.join("\n");
+        assert!(
+            warnings.contains(&format!("at byte {FIRST_BLOCK}")) && warnings.contains("no time stamps"),
+            "{warnings}"
+        );
+        read_all(&path).unwrap();
     }
+    // Nothing but zeros.
+    let mut bytes = CineFile { stamps: Some(vec![0; 20_000]), ..CineFile::default() }.bytes();
+    bytes[FIRST_BLOCK..FIRST_BLOCK + 8].fill(0);
+    let (_folder, path) = written(&bytes);
+    let warnings = open(&path).unwrap().info().warnings.join("\n");
+    assert!(warnings.contains(&format!("at byte {FIRST_BLOCK}: expected a size of 8")), "{warnings}");
 }

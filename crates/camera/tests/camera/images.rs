@@ -126,6 +126,47 @@ fn gray_written_as_colours_is_gray_and_colours_are_refused() {
 }
 
 #[test]
+fn samples_that_are_another_picture_are_refused() {
+    let levels = codes(WIDTH * HEIGHT, 4095, 3);
+    let with_opacity: Vec<u16> = levels.iter().flat_map(|&level| [level, 65_535]).collect();
+    let gray =
+        TiffFile { n_samples: 2, extra_sample: Some(2), ..TiffFile::new(WIDTH, HEIGHT, vec![with_opacity]) };
+    let (_folder, path) = written(&gray.bytes());
+    assert_holds(&*open(&path).unwrap(), std::slice::from_ref(&levels));
+    let pair = |planar, extra_sample| TiffFile {
+        planar,
+        extra_sample,
+        n_samples: 2,
+        ..TiffFile::new(WIDTH, HEIGHT, gray.frames.clone())
+    };
+    let colours: Vec<u16> = levels.iter().flat_map(|&level| [level; 3]).collect();
+    let three = |photometric, planar| TiffFile {
+        photometric,
+        planar,
+        n_samples: 3,
+        ..TiffFile::new(WIDTH, HEIGHT, vec![colours.clone()])
+    };
+    let (_folder, path) = written(&three(2, 1).bytes());
+    assert_holds(&*open(&path).unwrap(), std::slice::from_ref(&levels));
+    for (file, part) in [
+        (pair(1, None), "2 channels"),
+        (pair(1, Some(0)), "2 channels"),
+        (pair(2, Some(2)), "planar configuration 2"),
+        (pair(3, Some(2)), "planar configuration at byte"),
+        (three(1, 1), "3 channels"),
+        (three(2, 2), "planar configuration 2"),
+    ] {
+        let (_folder, path) = written(&file.bytes());
+        let message = open(&path).err().unwrap().to_string();
+        assert!(message.contains(part), "{part}: {message}");
+    }
+    // Of one sample a pixel there is but one plane.
+    let one = TiffFile { planar: 2, ..TiffFile::new(WIDTH, HEIGHT, vec![levels.clone()]) };
+    let (_folder, path) = written(&one.bytes());
+    assert_holds(&*open(&path).unwrap(), std::slice::from_ref(&levels));
+}
+
+#[test]
 fn an_imagej_stack_with_one_directory_holds_all_its_frames() {
     let frames = frames(4, 60_000);
     let mut file = TiffFile::new(WIDTH, HEIGHT, frames.clone());
@@ -139,6 +180,69 @@ fn an_imagej_stack_with_one_directory_holds_all_its_frames() {
     file.description = Some("ImageJ=1.53t\nimages=5\n".into());
     let (_folder, path) = written(&file.bytes());
     assert!(matches!(open(&path), Err(CameraError::Truncated { .. })));
+}
+
+#[test]
+fn a_stack_of_fewer_images_than_it_states_is_refused_or_read_as_a_part() {
+    let frames = frames(4, 60_000);
+    let file = TiffFile {
+        description: Some("ImageJ=1.53t\nimages=100\nframes=100\n".into()),
+        ..TiffFile::new(WIDTH, HEIGHT, frames.clone())
+    };
+    let (_folder, path) = written(&file.bytes());
+    let message = open(&path).err().unwrap().to_string();
+    assert!(message.contains("expected 100, as the description states, found 4"), "{message}");
+    let recording = open_with(&path, &OpenOptions { partial: true, ..OpenOptions::default() }).unwrap();
+    assert_holds(&*recording, &frames);
+    assert!(has_warning(&*recording, "of the 100 frames it states, the first 4 are whole"));
+}
+
+#[test]
+fn channels_and_slices_are_no_frames() {
+    let ome = |sizes: &str| {
+        format!(
+            "<?xml version=\"1.0\"?><OME><Image ID=\"Image:0\"><Pixels ID=\"Pixels:0\" {sizes}/></Image></OME>"
+        )
+    };
+    for (description, part) in [
+        ("ImageJ=1.53t\nimages=4\nchannels=2\nframes=2\nhyperstack=true\n".to_owned(), "2 channels"),
+        (
+            "ImageJ=1.53t\nimages=4\nslices=2\nframes=2\nhyperstack=true\n".to_owned(),
+            "2 slices at each of 2 times",
+        ),
+        (ome("SizeC=\"2\" SizeT=\"2\" SizeZ=\"1\""), "2 channels"),
+        (ome("SizeC=\"1\" SizeT=\"2\" SizeZ='2'"), "2 slices at each of 2 times"),
+    ] {
+        let file = TiffFile {
+            description: Some(description.clone()),
+            ..TiffFile::new(WIDTH, HEIGHT, frames(4, 60_000))
+        };
+        let (_folder, path) = written(&file.bytes());
+        let error = open(&path).err().unwrap_or_else(|| panic!("{description}"));
+        let message = error.to_string();
+        assert!(matches!(error, CameraError::Unsupported { .. }) && message.contains(part), "{message}");
+    }
+    for description in [
+        "ImageJ=1.53t\nimages=4\nchannels=1\nslices=4\nframes=1\n".to_owned(),
+        ome("SizeC=\"1\" SizeT=\"4\" SizeZ=\"1\""),
+        ome("SizeC=\"1\" SizeT=\"1\" SizeZ=\"4\""),
+    ] {
+        let frames = frames(4, 60_000);
+        let file =
+            TiffFile { description: Some(description), ..TiffFile::new(WIDTH, HEIGHT, frames.clone()) };
+        let (_folder, path) = written(&file.bytes());
+        assert_holds(&*open(&path).unwrap(), &frames);
+    }
+    // Red, green and blue of one picture are its samples.
+    let levels = codes(WIDTH * HEIGHT, 4095, 3);
+    let gray = TiffFile {
+        description: Some(ome("SizeC=\"3\" SizeT=\"1\" SizeZ=\"1\"")),
+        photometric: 2,
+        n_samples: 3,
+        ..TiffFile::new(WIDTH, HEIGHT, vec![levels.iter().flat_map(|&level| [level; 3]).collect()])
+    };
+    let (_folder, path) = written(&gray.bytes());
+    assert_holds(&*open(&path).unwrap(), &[levels]);
 }
 
 #[test]

@@ -27,6 +27,14 @@ pub(crate) fn jpeg_bytes((n_columns, n_rows): (usize, usize), channels: &[Vec<u8
     bytes
 }
 
+/// A JPEG with an EXIF segment of one directory, which states an orientation, high byte first.
+pub(crate) fn with_orientation(jpeg: &[u8], orientation: u8) -> Vec<u8> {
+    let exif =
+        [&b"Exif\0\0MM\0\x2A\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0"[..], &[orientation, 0, 0], &[0; 4]]
+            .concat();
+    [&jpeg[..2], &segment(0xE1, &exif), &jpeg[2..]].concat()
+}
+
 fn segment(marker: u8, data: &[u8]) -> Vec<u8> {
     [vec![0xFF, marker], (data.len() as u16 + 2).to_be_bytes().to_vec(), data.to_vec()].concat()
 }

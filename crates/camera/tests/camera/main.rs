@@ -12,6 +12,8 @@ mod cine;
 #[cfg(test)]
 mod counting;
 #[cfg(test)]
+mod folders;
+#[cfg(test)]
 mod hostile;
 #[cfg(test)]
 mod hostile_images;

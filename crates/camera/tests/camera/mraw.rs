@@ -235,6 +235,43 @@ fn what_is_not_plain_gray_or_not_there_is_refused_with_its_reason() {
 }
 
 #[test]
+fn an_exposure_longer_than_a_frame_is_no_reciprocal() {
+    // 20000 frames a second are recorded.
+    for (written, expected_s, remark) in [
+        ("1/40000", Some(25e-6), None),
+        ("40000", Some(25e-6), None),
+        ("1/20000", Some(50e-6), None),
+        ("0.00002", Some(20e-6), Some("0.00002 s are taken")),
+        ("1/1000", None, Some("no exposure is taken")),
+        ("1000", None, Some("no exposure is taken")),
+        ("0", None, None),
+    ] {
+        let (_folder, pixels, header) = MrawFile::default().write("cih");
+        let text = MrawFile::default().cih().replace("1/40000", written);
+        std::fs::write(&header, text).unwrap();
+        let recording = open(&pixels).unwrap();
+        let info = recording.info();
+        match (info.exposure_s, expected_s) {
+            (Some(found), Some(expected)) => assert!((found - expected).abs() < 1e-18, "{written}: {found}"),
+            (found, expected) => assert_eq!(found, expected, "{written}"),
+        }
+        let found: Vec<&String> =
+            info.warnings.iter().filter(|warning| warning.contains("Shutter Speed")).collect();
+        assert_eq!(found.len(), usize::from(remark.is_some()), "{written}: {found:?}");
+        assert!(remark.is_none_or(|part| found[0].contains(part)), "{written}: {found:?}");
+    }
+}
+
+#[test]
+fn a_header_that_an_editor_marked_as_utf_8_is_read() {
+    let (_folder, pixels, header) = MrawFile::default().write("cih");
+    std::fs::write(&header, [&b"\xEF\xBB\xBF"[..], MrawFile::default().cih().as_bytes()].concat()).unwrap();
+    for path in [&pixels, &header] {
+        assert_eq!(open(path).unwrap().info().rate_hz, Some(20_000.0));
+    }
+}
+
+#[test]
 fn a_rate_that_is_none_is_refused() {
     for rate_hz in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         let options = OpenOptions { rate_hz: Some(rate_hz), ..OpenOptions::default() };

@@ -15,6 +15,8 @@ struct Avi {
     height: i32,
     row_bytes: u32,
     has_palette: bool,
+    /// Frames in two seconds.
+    rate: u32,
     /// `None` where the recorder kept a chunk without pixels.
     frames: Vec<Option<u8>>,
 }
@@ -22,7 +24,15 @@ struct Avi {
 impl Avi {
     fn named(codec: &[u8; 4], width: u32) -> Self {
         let frames = vec![Some(10), Some(20), Some(30)];
-        Self { codec: *codec, width, height: HEIGHT as i32, row_bytes: width, has_palette: false, frames }
+        Self {
+            codec: *codec,
+            width,
+            height: HEIGHT as i32,
+            row_bytes: width,
+            has_palette: false,
+            rate: 5000,
+            frames,
+        }
     }
 
     /// The count of a pixel: rows, columns and frames all differ.
@@ -44,9 +54,12 @@ impl Avi {
         };
         let frames: Vec<Vec<u8>> = self.frames.iter().map(frame).collect();
         let n_frames = self.frames.len() as u32;
-        let stream =
-            [b"vids".to_vec(), self.codec.to_vec(), numbers(&[0, 0, 0, 2, 5000, 0, n_frames, 0, 0, 0, 0, 0])]
-                .concat();
+        let stream = [
+            b"vids".to_vec(),
+            self.codec.to_vec(),
+            numbers(&[0, 0, 0, 2, self.rate, 0, n_frames, 0, 0, 0, 0, 0]),
+        ]
+        .concat();
         let palette: Vec<u32> = (0..256).map(|tone| tone | tone << 8 | tone << 16).collect();
         let picture = [
             numbers(&[40, self.width, self.height as u32, 1 | 8 << 16]),
@@ -118,6 +131,23 @@ fn uncompressed_gray_is_read_where_it_lies() {
 }
 
 #[test]
+fn a_file_that_states_no_rate_takes_the_callers() {
+    let (_folder, path) = written(&Avi { rate: 0, ..Avi::named(b"Y800", 8) }.bytes());
+    let recording = open(&path).unwrap();
+    assert_eq!(
+        (recording.info().rate_hz, recording.info().times_s.as_slice()),
+        (None, [0.0, 1.0, 2.0].as_slice())
+    );
+    let given = OpenOptions { rate_hz: Some(1000.0), ..OpenOptions::default() };
+    let recording = open_with(&path, &given).unwrap();
+    assert_eq!(
+        (recording.info().rate_hz, recording.info().times_s[2].to_bits()),
+        (Some(1000.0), 2e-3_f64.to_bits())
+    );
+    assert_eq!(counts(recording.as_ref(), 2), expected(30, 8));
+}
+
+#[test]
 fn what_a_decoder_has_to_look_at_is_left_to_it() {
     let colours = Avi { row_bytes: 8, ..Avi::named(&[0; 4], 7) };
     for avi in [Avi::named(b"MJPG", 8), colours] {
@@ -170,8 +200,8 @@ fn a_frame_of_another_size_is_refused_with_its_place() {
     let (_folder, path) = written(&bytes);
     let error = open(&path).err().unwrap().to_string();
     assert!(error.contains("size of frame 1 at byte") && error.contains("24 bytes"), "{error}");
-    let no_rate = OpenOptions { rate_hz: Some(1000.0), ..OpenOptions::default() };
+    let given = OpenOptions { rate_hz: Some(1000.0), ..OpenOptions::default() };
     let (_folder, path) = written(&Avi::named(b"Y800", 8).bytes());
-    let recording = open_with(&path, &no_rate).unwrap();
+    let recording = open_with(&path, &given).unwrap();
     assert_eq!(recording.info().rate_hz, Some(1000.0));
 }

@@ -7,7 +7,7 @@ use chainwave_camera::{CameraError, OpenOptions, RawGeometry, open, open_raw, op
 use chainwave_measurement::{Recording, Region};
 
 use crate::images::{gray_png, gray_tiff, npy_bytes};
-use crate::jpeg_writer::jpeg_bytes;
+use crate::jpeg_writer::{jpeg_bytes, with_orientation};
 use crate::mraw::MrawFile;
 use crate::tiff_writer::TiffFile;
 use crate::writer::{CineFile, codes, packed, written};
@@ -235,86 +235,6 @@ fn a_part_of_a_mraw_and_of_a_folder_gives_its_whole_frames_when_asked() {
     assert_eq!(frame(&*recording, 1), as_counts(&codes(96, 255, 1)));
 }
 
-/// A folder of TIFF of numbers `first`, `first + spacing`, ...
-fn tiff_folder(numbers: &[usize]) -> tempfile::TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    for &number in numbers {
-        let bytes = TiffFile::new(16, 4, vec![codes(64, 4095, number as u32)]).bytes();
-        std::fs::write(folder.path().join(format!("shot{number:06}.tif")), bytes).unwrap();
-    }
-    folder
-}
-
-fn tiff_header(file: &MrawFile) -> String {
-    file.cih().replace("File Format : MRaw", "File Format : TIFF")
-}
-
-#[test]
-fn a_folder_takes_the_rate_of_the_header_beside_it() {
-    let folder = tiff_folder(&[1, 2, 3, 4]);
-    let unknown = open(folder.path()).unwrap();
-    assert_eq!((unknown.info().rate_hz, unknown.info().times_s[3]), (None, 3.0));
-    assert!(has_warning(&*unknown, "times count frames"));
-    let header = MrawFile { step: 10, start: -50, trigger: -30, ..MrawFile::default() };
-    std::fs::write(folder.path().join("shot.cih"), tiff_header(&header)).unwrap();
-    let recording = open(folder.path()).unwrap();
-    let info = recording.info();
-    assert_eq!((info.rate_hz, info.times_s[3]), (Some(2000.0), 30.0 / 20_000.0));
-    assert_eq!((info.camera.as_deref(), info.first_image), (Some("FASTCAM SA-Z"), 1));
-    assert!((info.exposure_s.unwrap() - 25e-6).abs() < 1e-18);
-    assert!(has_warning(&*recording, "the rate of shot.cih beside them"));
-    // The whole of what was saved: t = 0 is the trigger.
-    let whole = MrawFile { frames: vec![Vec::new(); 4], ..header };
-    std::fs::write(folder.path().join("shot.cih"), tiff_header(&whole)).unwrap();
-    let recording = open(folder.path()).unwrap();
-    assert_eq!((recording.info().first_image, recording.info().times_s[0]), (-20, -20.0 / 20_000.0));
-    // The caller knows better.
-    let options = OpenOptions { rate_hz: Some(500.0), ..OpenOptions::default() };
-    let recording = open_with(folder.path(), &options).unwrap();
-    assert_eq!((recording.info().rate_hz, recording.info().times_s[1]), (Some(500.0), 1.0 / 500.0));
-}
-
-#[test]
-fn numbers_and_header_that_contradict_each_other_give_no_rate() {
-    for (spacing, step, expected_hz, part) in [
-        (20, 1, Some(1000.0), "one frame in 20 is taken"),
-        (20, 20, Some(1000.0), "advance by 20"),
-        (20, 7, None, "no rate is taken"),
-    ] {
-        let folder = tiff_folder(&[1, 1 + spacing, 1 + 2 * spacing]);
-        let header = MrawFile { step, ..MrawFile::default() };
-        std::fs::write(folder.path().join("shot.cih"), tiff_header(&header)).unwrap();
-        let recording = open(folder.path()).unwrap();
-        assert_eq!(recording.info().rate_hz, expected_hz, "{spacing} {step}");
-        assert!(has_warning(&*recording, part), "{:?}", recording.info().warnings);
-    }
-}
-
-#[test]
-fn of_several_headers_the_one_with_the_images_name_counts() {
-    let parent = tempfile::tempdir().unwrap();
-    let folder = parent.path().join("view.1");
-    std::fs::create_dir(&folder).unwrap();
-    for number in [1, 2] {
-        let bytes = TiffFile::new(16, 4, vec![codes(64, 4095, number)]).bytes();
-        std::fs::write(folder.join(format!("shot{number}.tif")), bytes).unwrap();
-    }
-    let file = MrawFile::default();
-    std::fs::write(parent.path().join("view.1.cihx"), file.cihx()).unwrap();
-    assert_eq!(open(&folder).unwrap().info().rate_hz, Some(20_000.0));
-    std::fs::write(folder.join("other.cih"), tiff_header(&file)).unwrap();
-    assert!(has_warning(&*open(&folder).unwrap(), "several .cih"));
-    std::fs::write(folder.join("shot.cih"), tiff_header(&file).replace("20000", "5000")).unwrap();
-    assert_eq!(open(&folder).unwrap().info().rate_hz, Some(5_000.0));
-    std::fs::write(folder.join("shot.cih"), tiff_header(&file).replace("20000", "fast")).unwrap();
-    let recording = open(&folder).unwrap();
-    assert_eq!(recording.info().rate_hz, None);
-    assert!(has_warning(&*recording, "no rate is taken from shot.cih") && has_warning(&*recording, "fast"));
-    let colour = MrawFile { colour: "Raw", ..MrawFile::default() };
-    std::fs::write(folder.join("shot.cih"), tiff_header(&colour)).unwrap();
-    assert!(matches!(refusal(&folder, &OpenOptions::default()), CameraError::Colour { .. }));
-}
-
 #[test]
 fn jpegs_are_read_and_named_as_lossy() {
     let levels: Vec<u8> = codes(6, 255, 3).iter().map(|&code| code as u8).collect();
@@ -338,6 +258,25 @@ fn jpegs_are_read_and_named_as_lossy() {
     let recording = open(folder.path()).unwrap();
     assert_eq!((recording.info().format.as_str(), recording.info().n_frames), ("jpeg series 8 bit", 2));
     assert_eq!(frame(&*recording, 1), shown);
+}
+
+#[test]
+fn a_jpeg_whose_exif_turns_it_is_refused() {
+    let jpeg = jpeg_bytes((3, 2), &[vec![10, 20, 30, 40, 50, 60]]);
+    let (_folder, path) = written(&jpeg);
+    let plain = frame(&*open(&path).unwrap(), 0);
+    let (_folder, path) = written(&with_orientation(&jpeg, 1));
+    assert_eq!(frame(&*open(&path).unwrap(), 0), plain);
+    for orientation in [2, 3, 6, 8] {
+        let (_folder, path) = written(&with_orientation(&jpeg, orientation));
+        let message = refusal(&path, &OpenOptions::default()).to_string();
+        assert!(message.contains(&format!("EXIF orientation {orientation}")), "{message}");
+    }
+    // A segment that is damaged says nothing.
+    let mut damaged = with_orientation(&jpeg, 6);
+    damaged[12] = b'X';
+    let (_folder, path) = written(&damaged);
+    assert_eq!(frame(&*open(&path).unwrap(), 0), plain);
 }
 
 /// A graymap of bytes or words, or of numbers.

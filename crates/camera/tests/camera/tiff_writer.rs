@@ -17,6 +17,11 @@ pub(crate) struct TiffFile {
     pub(crate) compression: u64,
     pub(crate) sample_format: u64,
     pub(crate) orientation: u64,
+    /// Samples of a pixel, which stand in a row's codes one after the other.
+    pub(crate) n_samples: usize,
+    pub(crate) planar: u64,
+    /// What the last sample is, where the directory says so.
+    pub(crate) extra_sample: Option<u64>,
     pub(crate) description: Option<String>,
     /// How many frames have a directory.
     pub(crate) n_directories: usize,
@@ -38,6 +43,9 @@ impl TiffFile {
             compression: 1,
             sample_format: 1,
             orientation: 1,
+            n_samples: 1,
+            planar: 1,
+            extra_sample: None,
             description: None,
             n_directories: frames.len(),
             frames,
@@ -89,15 +97,20 @@ impl TiffFile {
         bytes
     }
 
+    fn strip_bytes(&self) -> u64 {
+        (self.width_px * self.height_px * self.n_samples * self.bits as usize).div_ceil(8) as u64
+    }
+
     fn strips(&self, bytes: &mut Vec<u8>, codes: &[u16]) -> Vec<u64> {
+        let row_samples = self.width_px * self.n_samples;
         let strip = |rows: &[u16]| -> Vec<u8> {
-            let stored: Vec<u8> = rows.chunks(self.width_px).flat_map(|row| self.row(row)).collect();
+            let stored: Vec<u8> = rows.chunks(row_samples).flat_map(|row| self.row(row)).collect();
             let offset = bytes.len() as u64;
             bytes.extend(stored);
             bytes.extend(vec![0xEE; self.gap_bytes]);
             offset.to_le_bytes().to_vec()
         };
-        let offsets: Vec<u8> = codes.chunks(self.width_px * self.rows_per_strip).flat_map(strip).collect();
+        let offsets: Vec<u8> = codes.chunks(row_samples * self.rows_per_strip).flat_map(strip).collect();
         offsets.as_chunks().0.iter().map(|&offset| u64::from_le_bytes(offset)).collect()
     }
 
@@ -119,16 +132,23 @@ impl TiffFile {
             (270, 2, n_text, text_at),
             (273, word_kind, offsets.len() as u64, strips),
             (274, 3, 1, self.orientation),
-            (277, 3, 1, 1),
+            (277, 3, 1, self.n_samples as u64),
             (278, 3, 1, self.rows_per_strip as u64),
+            (279, 4, 1, self.strip_bytes()),
+            (284, 3, 1, self.planar),
+            (338, 3, 1, self.extra_sample.unwrap_or(0)),
             (339, 3, 1, self.sample_format),
         ];
-        let n_entries = entries.iter().filter(|entry| entry.0 != 270 || self.description.is_some()).count();
+        let is_written = |tag: u64| match tag {
+            270 => self.description.is_some(),
+            // Of images in one strip, which only a decoder asks for.
+            279 => offsets.len() == 1,
+            338 => self.extra_sample.is_some(),
+            _ => true,
+        };
+        let n_entries = entries.iter().filter(|entry| is_written(entry.0)).count();
         bytes.extend(self.number(n_entries as u64, if self.is_big { 8 } else { 2 }));
-        for (tag, kind, count, value) in entries {
-            if tag == 270 && self.description.is_none() {
-                continue;
-            }
+        for (tag, kind, count, value) in entries.into_iter().filter(|entry| is_written(entry.0)) {
             bytes.extend(self.number(tag, 2));
             bytes.extend(self.number(kind, 2));
             bytes.extend(self.number(count, self.word()));

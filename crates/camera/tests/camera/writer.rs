@@ -30,6 +30,8 @@ pub(crate) struct CineFile {
     /// Type of the block that holds them.
     pub(crate) stamp_block: u16,
     pub(crate) exposures: Option<Vec<u32>>,
+    /// What stands behind each tagged block.
+    pub(crate) padding: Vec<u8>,
     pub(crate) annotation: Vec<u8>,
     pub(crate) size_word: Option<u32>,
     /// Bytes left out between the pointers and the first frame.
@@ -56,6 +58,7 @@ impl Default for CineFile {
                 (0x380, 12_u32.to_le_bytes().to_vec()),
                 (0x620, 99_000_u32.to_le_bytes().to_vec()),
             ],
+            padding: Vec::new(),
             annotation: Vec::new(),
             size_word: None,
             gap_bytes: 0,
@@ -72,17 +75,17 @@ impl CineFile {
     /// The bytes before the first frame, and the frames.
     fn parts(&self) -> (Vec<u8>, Vec<u8>) {
         let setup_at = 84;
-        let mut tagged = Vec::new();
+        let mut blocks = Vec::new();
         if let Some(stamps) = &self.stamps {
-            tagged.extend(block(
-                self.stamp_block,
-                stamps.iter().flat_map(|stamp| stamp.to_le_bytes()).collect(),
-            ));
+            blocks
+                .push(block(self.stamp_block, stamps.iter().flat_map(|stamp| stamp.to_le_bytes()).collect()));
         }
-        tagged.extend(block(1004, vec![7; 12]));
+        blocks.push(block(1004, vec![7; 12]));
         if let Some(exposures) = &self.exposures {
-            tagged.extend(block(1003, exposures.iter().flat_map(|ticks| ticks.to_le_bytes()).collect()));
+            blocks.push(block(1003, exposures.iter().flat_map(|ticks| ticks.to_le_bytes()).collect()));
         }
+        let tagged: Vec<u8> =
+            blocks.into_iter().flat_map(|block| [block, self.padding.clone()].concat()).collect();
         let pointers_at = setup_at + u64::from(self.setup_length) + tagged.len() as u64;
         let pointer_bytes = if self.version == 0 { 4 } else { 8 };
         let frames_at = pointers_at + self.frames.len() as u64 * pointer_bytes + self.gap_bytes;
@@ -201,7 +204,7 @@ fn block(kind: u16, data: Vec<u8>) -> Vec<u8> {
 pub(crate) fn packed(codes: &[u16], bits: usize) -> Vec<u8> {
     let mut bytes = vec![0_u8; (codes.len() * bits).div_ceil(8)];
     for (index, code) in codes.iter().enumerate() {
-        for bit in (0..bits).filter(|bit| code >> (bits - 1 - bit) & 1 == 1) {
+        for bit in (0..bits).filter(|bit| u32::from(*code) >> (bits - 1 - bit) & 1 == 1) {
             let at = index * bits + bit;
             bytes[at / 8] |= 0x80 >> (at % 8);
         }

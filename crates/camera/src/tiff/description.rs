@@ -1,4 +1,5 @@
-//! What ImageJ writes into a TIFF's description: the number of images, and the frame interval with its unit.
+//! What ImageJ and programs of the Open Microscopy Environment (OME) write into a TIFF's description: what its images are, how many, and the frame
+//! interval with its unit.
 
 /// Seconds in the units of time that programs write, in small letters.
 const UNITS_S: [(&[&str], f64); 6] = [
@@ -24,17 +25,66 @@ const UNITS_S: [(&[&str], f64); 6] = [
     (&["h", "hr", "hour", "hours"], 3600.0),
 ];
 
-/// An image's description, where ImageJ wrote it.
-pub(super) struct Description<'a>(Option<&'a str>);
+/// An image's description, as far as it is known.
+pub(super) enum Description<'a> {
+    /// Lines of `key=value`.
+    ImageJ(&'a str),
+    /// XML, whose element `Pixels` has the sizes.
+    Ome(&'a str),
+    Other,
+}
 
 impl<'a> Description<'a> {
     pub(super) fn of(text: &'a str) -> Self {
-        Self(text.starts_with("ImageJ=").then_some(text))
+        if text.starts_with("ImageJ=") {
+            Self::ImageJ(text)
+        } else if text.contains("OME") && text.contains("SizeC=") {
+            Self::Ome(text)
+        } else {
+            Self::Other
+        }
     }
 
-    /// The value of a key, which stands on a line of its own.
+    /// The value of a key of ImageJ's, which stands on a line of its own.
     fn value(&self, key: &str) -> Option<&'a str> {
-        self.0?.lines().find_map(|line| line.strip_prefix(key)?.strip_prefix('=')).map(str::trim)
+        let Self::ImageJ(text) = self else { return None };
+        text.lines().find_map(|line| line.strip_prefix(key)?.strip_prefix('=')).map(str::trim)
+    }
+
+    /// The value of an attribute of OME's, between single or double quotes.
+    fn attribute(&self, name: &str) -> Option<&'a str> {
+        let Self::Ome(text) = self else { return None };
+        let (_, behind) = text.split_once(name)?;
+        let quoted = behind.strip_prefix('=')?;
+        let quote = quoted.chars().next().filter(|quote| ['"', '\''].contains(quote))?;
+        quoted[1..].split(quote).next()
+    }
+
+    /// How many channels, slices in depth and times the images are of, each 1 where nothing is said.
+    fn sizes(&self) -> [usize; 3] {
+        [("channels", "SizeC"), ("slices", "SizeZ"), ("frames", "SizeT")].map(|(key, name)| {
+            let stated = self.value(key).or_else(|| self.attribute(name));
+            stated.and_then(|n| n.parse().ok()).unwrap_or(1)
+        })
+    }
+
+    /// Images that are not frames one after the other, and what to do about them. A pixel has `n_samples` numbers, which OME counts as channels.
+    pub(super) fn refusal(&self, n_samples: usize) -> Option<(String, String)> {
+        let [n_channels, n_slices, n_times] = self.sizes();
+        if n_channels > n_samples {
+            let what = format!("a stack of {n_channels} channels");
+            return Some((
+                what,
+                "save one channel by itself; in ImageJ: Image > Color > Split Channels".into(),
+            ));
+        }
+        (n_slices > 1 && n_times > 1).then(|| {
+            let what = format!("a stack of {n_slices} slices at each of {n_times} times");
+            (
+                what,
+                "save one slice of each time; in ImageJ: Image > Hyperstacks > Reduce Dimensionality".into(),
+            )
+        })
     }
 
     /// How many images the file holds, more than one.
