@@ -39,8 +39,8 @@ pub(crate) fn track(arguments: &cli::Track) -> Result<Outcome, Error> {
     table::expect_writable(&arguments.out)?;
     arguments.picture.iter().try_for_each(|stem| expect_folder_of(stem))?;
     expect_files_apart(arguments)?;
-    let files = &arguments.sensor;
-    let sensor = SensorFiles::read(files.dark.as_deref(), files.flat.as_deref(), &options)?;
+    let cli::Sensor { dark, flat } = &arguments.sensor;
+    let sensor = SensorFiles::read(dark.as_deref(), flat.as_deref(), &options)?;
     let recordings: Vec<String> =
         arguments.recordings.iter().map(|path| path.display().to_string()).collect();
     let bar = progress::bar("tracking", 0);
@@ -86,16 +86,11 @@ pub(crate) fn track(arguments: &cli::Track) -> Result<Outcome, Error> {
     done.iter().for_each(|(name, tracked)| rows.add_points(name, tracked));
     table::write_result(&arguments.out, rows.table())?;
     if let Some(stem) = &arguments.picture {
-        // One axis of time needs the rate of each recording.
-        let in_frames = done.iter().any(|(_, tracked)| !tracked.has_rate);
-        let of_recording = |(_, tracked): &(&str, Followed)| motions(tracked, in_frames);
-        let moved: Vec<PointMotion> = done.iter().flat_map(of_recording).collect();
-        chainwave_figures::tracks(stem, &moved)?;
+        draw(stem, &done)?;
     }
     if arguments.matching.accuracy.is_some() {
-        done.iter()
-            .filter_map(|(name, tracked)| loses_most(name, tracked))
-            .for_each(|loss| outcome.fail(loss));
+        let losses = done.iter().filter_map(|(name, tracked)| loses_most(name, tracked));
+        losses.for_each(|loss| outcome.fail(loss));
     }
     choices.write_beside(&arguments.out)?;
     left_out.iter().chain(&choices.lines()).for_each(|line| print(line));
@@ -104,6 +99,15 @@ pub(crate) fn track(arguments: &cli::Track) -> Result<Outcome, Error> {
     tell("readings", closing_json(&readings, 0));
     tell("out", json!(arguments.out));
     Ok(outcome)
+}
+
+/// Draws what was followed.
+fn draw(stem: &Path, done: &[(&str, Followed)]) -> Result<(), Error> {
+    // One axis of time needs the rate of each recording.
+    let in_frames = done.iter().any(|(_, tracked)| !tracked.has_rate);
+    let of_recording = |(_, tracked): &(&str, Followed)| motions(tracked, in_frames);
+    let moved: Vec<PointMotion> = done.iter().flat_map(of_recording).collect();
+    Ok(chainwave_figures::tracks(stem, &moved)?)
 }
 
 /// Refuses a table or a picture in the place of another, or of a file that is read.

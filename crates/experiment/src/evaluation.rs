@@ -6,9 +6,10 @@ use chainwave_analysis::{CameraMotion, Measurement, Pulses};
 use chainwave_inference::{
     AlignedMotion, EnergyFit, FitError, ImposedFit, ReleasedFit, TrackFit, aligned_motion, critical_kg_per_s,
 };
-use chainwave_measurement::both_in_parallel;
+use chainwave_measurement::{Observation, both_in_parallel};
 use chainwave_stitching::{Assumption, Outlier, Stitched};
 
+use crate::configuration::Experiment;
 use crate::damping::StatedDamping;
 use crate::error::Error;
 use crate::finding::Finding;
@@ -96,55 +97,46 @@ pub fn evaluate(
     monitor.planned(Stage::Evaluating, N_STEPS);
     let step = || monitor.done(Stage::Evaluating, 1);
     let stated = StatedMotion::of(experiment, tracked.last_s(), n_threads)?;
-    let merged = merged(setup, tracked, &stated, n_threads)?;
-    let Merged { joint, of_camera, shared, side_motion, shortening, reading_errors, assumptions } = merged;
+    let Merged { joint, of_camera, shared, side_motion, shortening, reading_errors, assumptions } =
+        merged(setup, tracked, &stated, n_threads)?;
     let Joint {
         setup: mapped, scale, geometry, observations, steadying, stitched, left_out, unjoined, ..
     } = joint;
     step();
-    let known = known(experiment, &mapped.map, &scale, shortening);
+    let known = &known(experiment, &mapped.map, &scale, shortening);
     let chain = &experiment.chain_model()?;
-    let material = Material {
-        experiment,
-        stitched: &stitched,
-        chain,
-        known: &known,
-        reading_errors: &reading_errors,
-        n_threads,
-    };
+    let reading_errors = reading_errors.as_slice();
+    let material = Material { experiment, stitched: &stitched, chain, known, reading_errors, n_threads };
     // Neither asks what the other finds.
-    let (read, fits) = both_in_parallel(
-        n_threads,
-        || material.read_off(&shared, &step),
-        || material.fits(&observations, &step),
-    );
+    let read_off = || material.read_off(&shared, &step);
+    let (read, fits) = both_in_parallel(n_threads, read_off, || material.fits(&observations, &step));
     let ReadOff { measurement, pulses, energy_fit } = read?;
     let Fits { reached, track_fit, departures, imposed_fit, release_fit } = fits;
     let used = measurement.group_velocity.as_ref().ok().map(|velocity| velocity.gaps.0..=velocity.gaps.1);
     let critical = critical_kg_per_s(chain);
-    let damping = match &release_fit {
-        Some(fit) => StatedDamping::of_release(fit, critical),
-        None => StatedDamping::of(&track_fit, &imposed_fit, &energy_fit, critical),
-    };
+    let without_release = || StatedDamping::of(&track_fit, &imposed_fit, &energy_fit, critical);
+    let of_release = release_fit.as_ref().map(|fit| StatedDamping::of_release(fit, critical));
+    let damping = of_release.unwrap_or_else(without_release);
     let standings =
         Standings::of(&stitched.alignments, accepted(&track_fit), experiment.far_striker.is_some());
-    let mut notices = notices(experiment, &tracked.recordings, &observations, &standings);
-    notices.extend(before_the_wave(&observations, &reached));
-    notices.extend(experiment.far_striker.as_ref().map(|_| aligned_by_one_striker()));
-    notices.extend(experiment.is_shaken().then(|| aligned_without_body_1(&observations)).flatten());
-    notices.extend(Finding::all_of(
-        "chain_model",
-        "the chain model",
-        track_fit.iter().flat_map(TrackFit::warnings),
-    ));
+    let of_model = track_fit.iter().flat_map(TrackFit::warnings);
+    let mut notices: Vec<Finding> = notices(experiment, &tracked.recordings, &observations, &standings)
+        .into_iter()
+        .chain(before_the_wave(&observations, &reached))
+        .chain(of_drive(experiment, &observations))
+        .chain(Finding::all_of("chain_model", "the chain model", of_model))
+        .collect();
     let believed = track_fit.as_ref().ok().filter(|fit| fit.is_believed());
-    let beside = believed.map(|fit| model_beside(experiment, &stitched.motion, fit, used));
-    let beside = beside.and_then(|beside| beside.map_err(|why| notices.push(not_shown(&why))).ok());
-    let by_model = accepted(&track_fit).map(|fit| aligned_motion(&reached, fit, &stitched.motion.times_s));
-    let by_model = by_model.and_then(|aligned| aligned.map_err(|why| notices.push(not_aligned(&why))).ok());
-    let velocity = measurement.group_velocity.as_ref().ok();
-    let speed = velocity.map(|found| speed(experiment, &stated, found.velocity_m_per_s));
-    let speed = speed.transpose()?.flatten();
+    let model = believed
+        .map(|fit| model_beside(experiment, &stitched.motion, fit, used))
+        .and_then(|beside| beside.map_err(|why| notices.push(not_shown(&why))).ok());
+    let by_model = accepted(&track_fit)
+        .map(|fit| aligned_motion(&reached, fit, &stitched.motion.times_s))
+        .and_then(|aligned| aligned.map_err(|why| notices.push(not_aligned(&why))).ok());
+    let speed = match &measurement.group_velocity {
+        Ok(found) => speed(experiment, &stated, found.velocity_m_per_s)?,
+        Err(_) => None,
+    };
     step();
     monitor.ended(Stage::Evaluating);
     Ok(Evaluation {
@@ -167,9 +159,16 @@ pub fn evaluate(
         release_fit,
         energy_fit,
         damping,
-        model: beside,
+        model,
         by_model,
     })
+}
+
+/// What the alignment does not know of the chain's drive.
+fn of_drive(experiment: &Experiment, observations: &[Observation]) -> Vec<Finding> {
+    let by_one_striker = experiment.far_striker.as_ref().map(|_| aligned_by_one_striker());
+    let without_body_1 = experiment.is_shaken().then(|| aligned_without_body_1(observations)).flatten();
+    by_one_striker.into_iter().chain(without_body_1).collect()
 }
 
 impl Evaluation {

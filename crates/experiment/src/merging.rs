@@ -50,12 +50,9 @@ pub(crate) fn merged<'a>(
     let settings = Settings { n_threads, ..stitching_settings(experiment, stated) };
     let mut joint = Joint::of(setup, tracked, stated, &settings)?;
     let rest_until_s = experiment.tracking.rest_until_s;
-    let picture_errors = PictureErrors::of(
-        &joint.as_read,
-        rest_until_s,
-        &joint.steadying.rests_until_s,
-        joint.setup.map.m_per_px().value,
-    );
+    let m_per_px = joint.setup.map.m_per_px().value;
+    let picture_errors =
+        PictureErrors::of(&joint.as_read, rest_until_s, &joint.steadying.rests_until_s, m_per_px);
     let of_views = joint.scale.reading_errors(&joint.observations, rest_until_s);
     let of_clocks = joint.clocks.errors(&joint.observations);
     let of_views = [of_views, joint.geometry_errors.clone(), of_clocks.clone()].concat();
@@ -70,21 +67,15 @@ pub(crate) fn merged<'a>(
         joint.stitched =
             merge(&joint.observations, &with([of_views.clone(), apart.errors.clone()].concat()))?;
     }
-    let (shared, side_motion) = {
-        let Joint { setup, recordings, steadying, stitched, .. } = &joint;
-        let as_merged = |observations| apart.noise_of(steadying.steadied(observations));
-        let shared = SharedErrors::of(setup, recordings, &as_merged, &settings, stitched, n_threads)?;
-        let mut side_motion = SideMotion::of(setup, recordings, steadying, &settings, stitched, n_threads)?;
-        side_motion.widen(&without_pictures, &stitched.motion);
-        (shared, side_motion)
-    };
+    let as_merged = |observations| apart.noise_of(joint.steadying.steadied(observations));
+    let Joint { setup: mapped, recordings, steadying, stitched, .. } = &joint;
+    let shared = SharedErrors::of(mapped, recordings, &as_merged, &settings, stitched, n_threads)?;
+    let mut side_motion = SideMotion::of(mapped, recordings, steadying, &settings, stitched, n_threads)?;
+    side_motion.widen(&without_pictures, &stitched.motion);
     let inclination = Inclination::of(&joint.stitched.motion, &side_motion);
     let rests_until_s = &joint.steadying.rests_until_s;
     // What lies on the sensor is seen apart by two views as well, and is counted already.
-    let between_views = match picture_errors.is_found() {
-        true => None,
-        false => joint.between_views(),
-    };
+    let between_views = if picture_errors.is_found() { None } else { joint.between_views() };
     let of_each_view =
         between_views.map_or_else(Vec::new, |found| found.errors(&joint.observations, rests_until_s));
     if !of_each_view.is_empty() {

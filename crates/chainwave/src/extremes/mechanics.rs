@@ -17,7 +17,11 @@ const STRIKER_KG: f64 = 4.3e-3;
 const K_0_N_PER_M: f64 = 1474.0;
 
 pub(super) fn families() -> Vec<Family> {
-    let mut families = vec![
+    [of_contacts(), of_chains(), Method::LADDER.map(order).into()].into_iter().flatten().collect()
+}
+
+fn of_contacts() -> Vec<Family> {
+    vec![
         Family::new("contact force", "p", &[0.01, 0.114, 0.5, 1.0, 1.5, 3.0], "relative error", 2e-15, |p| {
             contact_error(p, 0)
         }),
@@ -29,6 +33,11 @@ pub(super) fn families() -> Vec<Family> {
             1e-13,
             |p| contact_error(p, 1),
         ),
+    ]
+}
+
+fn of_chains() -> Vec<Family> {
+    vec![
         Family::new(
             "300 bodies for 150 ms, undamped",
             "accuracy",
@@ -87,9 +96,7 @@ pub(super) fn families() -> Vec<Family> {
             many_bodies_error(n as usize)
         })
         .or_refused(),
-    ];
-    families.extend(Method::LADDER.map(order));
-    families
+    ]
 }
 
 const AGREEMENT: &str = "relative difference to another method";

@@ -85,7 +85,7 @@ fn the_first_joint_starts_as_its_drive_does() {
         *damping_kg_per_s = 0.2;
     }
     let struck = run(&struck, &schedule(5e-3));
-    assert_eq!(struck.trajectory.velocity_m_per_s[(0, 0)], 0.0);
+    assert!(struck.trajectory.velocity_m_per_s[(0, 0)].abs() < f64::MIN_POSITIVE, "it rests");
     let rounding = struck.steps as f64 * f64::EPSILON;
     assert!(struck.momentum_drift.unwrap() < rounding, "{:?}", struck.momentum_drift);
     let moved = RingChain { drive: ramp(1e-4, 0.0, 6e-3, 20e-3), ..chain(10, 16, 1.0) };
