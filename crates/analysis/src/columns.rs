@@ -24,6 +24,7 @@ pub(crate) enum Column {
     FirstThird,
     LastThird,
     Variation,
+    OffLine,
     MeanParticleVelocity,
     HalfWidth,
     Energy,

@@ -70,7 +70,7 @@ pub enum Missing {
     TooFewSamples,
     /// No compressive pulse stands out of the noise.
     NoPulse,
-    /// The pulse has not passed its peak when the record ends, or had passed it when the record began.
+    /// The pulse has not passed its peak when the record ends, or had passed it when the record began; the same of a hole in the record.
     PeakOutsideRecord,
     /// The top has several humps of nearly one height, and which of them leads hangs on a few per cent of it.
     SeveralHumps,
@@ -84,6 +84,10 @@ pub enum Missing {
     TooFewGaps,
     /// Gaps farther down do not peak later, so no pulse runs along them.
     NoProgress,
+    /// The peaks do not lie on one line: some are of another pulse, such as the far end's reflection.
+    NotOneLine,
+    /// The far end reflects, and too few feet of the pulse tell when the reflection comes back.
+    ReflectionUntold,
     /// The first crest of a train that stands out is another one farther down.
     OtherCrests,
     /// Something drives the chain throughout, so that nothing rings freely behind the wave.
@@ -111,6 +115,10 @@ impl Missing {
             Self::NoTail => "record ends with the leading pulse",
             Self::TooFewGaps => "too few gaps",
             Self::NoProgress => "no pulse that runs down the chain",
+            Self::NotOneLine => {
+                "peaks do not lie on one line: some are of another pulse, such as a reflection"
+            }
+            Self::ReflectionUntold => "too few gaps show when the far end's reflection comes back",
             Self::OtherCrests => "not the same crest in all gaps",
             Self::StillDriven => "the chain is driven throughout",
             Self::NoMaximum => "no spectral maximum",

@@ -161,6 +161,8 @@ pub(crate) struct Approach {
     coarse: usize,
     /// Samples that the rise takes.
     rise: usize,
+    /// Fall before a hole on either side that tells that the peak is passed: the least of those by which humps are told apart.
+    fall: f64,
     /// Samples on each side over which the compression is smoothed.
     pub(crate) half_window: usize,
     pub(crate) smoothed: Vec<Option<f64>>,
@@ -178,20 +180,24 @@ impl Approach {
             return Err(Missing::SeveralHumps);
         }
         let half_window = half_window_of(rise);
-        Ok(Self { coarse, rise, half_window, smoothed: smooth(series, half_window) })
+        let fall = noise.max(OTHER_FALLS[0] * level(&calmed, coarse));
+        Ok(Self { coarse, rise, fall, half_window, smoothed: smooth(series, half_window) })
     }
 }
 
 fn leading_pulse(
     map: &StrainMap,
     gap: usize,
-    Approach { coarse, rise, half_window, smoothed }: &Approach,
+    Approach { coarse, rise, fall, half_window, smoothed }: &Approach,
     settings: &FrontSettings,
 ) -> Result<LeadingPulse, Missing> {
     let series = compression(map, gap);
     let near = coarse.saturating_sub(*rise)..=(coarse + rise).min(series.len() - 1);
     let summit = near.max_by(|a, b| level(smoothed, *a).total_cmp(&level(smoothed, *b)));
     let summit = summit.filter(|at| smoothed[*at].is_some()).ok_or(Missing::TooFewSamples)?;
+    if is_beside_a_hole(smoothed, summit, *fall) {
+        return Err(Missing::PeakOutsideRecord);
+    }
     let peak = refine_peak(&series, smoothed, summit, settings.peak_fraction)?;
     let narrower = refine_peak(&series, smoothed, summit, settings.narrower().peak_fraction);
     let edge = crossing_before(smoothed, summit, settings.edge_fraction * peak.value);
@@ -335,6 +341,21 @@ pub(crate) fn refine_peak(
     // Where ripples ride on a broad pulse, a part of it may be greatest at its end.
     let (place, value) = maximum(farthest).or_else(|_| maximum(usize::MAX))?;
     Ok(Peak { place, value })
+}
+
+/// Whether a hole begins on either side of a summit before the series has fallen by so much: then the highest sample may be the hole's edge, and the peak lie
+/// within. A fall that is seen behind the hole alone does not tell. Where nothing is seen any more, up to the record's end, it is the end that counts.
+fn is_beside_a_hole(smoothed: &[Option<f64>], summit: usize, fall: f64) -> bool {
+    let lowest = level(smoothed, summit) - fall;
+    let is_cut = |side: &[usize]| {
+        let has_fallen = |at: &usize| smoothed[*at].is_some_and(|value| value <= lowest);
+        let is_seen_behind = |hole: usize| side[hole..].iter().any(|at| smoothed[*at].is_some());
+        let hole = side.iter().take_while(|at| !has_fallen(at)).position(|at| smoothed[*at].is_none());
+        hole.is_some_and(is_seen_behind)
+    };
+    let before: Vec<usize> = (0..summit).rev().collect();
+    let behind: Vec<usize> = (summit + 1..smoothed.len()).collect();
+    is_cut(&before) || is_cut(&behind)
 }
 
 /// The last of the samples on one side of a summit that exceed a threshold and belong to its hump. Another one begins behind a fall and a

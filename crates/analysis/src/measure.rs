@@ -18,7 +18,7 @@ use crate::replicas::over_replicas;
 use crate::spacing::Spacing;
 use crate::spectrum::{LocalResonance, Maximum, TailSpectrum, tail_spectrum};
 use crate::strain::{strain_sigma, strain_with_sigma};
-use crate::velocity::{GroupVelocity, Reflection, SpeedFit, fit_speed, undisturbed_gaps};
+use crate::velocity::{GroupVelocity, Reflection, SpeedFit, fit_speed, is_no_line, undisturbed_gaps};
 use crate::{AnalysisError, Missing, StrainMap};
 
 /// Replicas from which a standard uncertainty can be told.
@@ -208,7 +208,7 @@ fn is_exact(motion: &ChainMotion) -> bool {
 struct Plan<'a> {
     settings: &'a MeasureSettings,
     energy_of: Option<EnergyLaw<'a>>,
-    velocity_gaps: RangeInclusive<usize>,
+    velocity_gaps: Result<RangeInclusive<usize>, Missing>,
     half_width_times_s: Vec<f64>,
     /// The dominant maximum of the tails' spectra.
     resonance: Result<Maximum, Missing>,
@@ -217,15 +217,26 @@ struct Plan<'a> {
 impl<'a> Plan<'a> {
     fn new(map: &StrainMap, settings: &'a MeasureSettings, energy_of: Option<EnergyLaw<'a>>) -> Self {
         let pulses = leading_pulses(map, &settings.front);
-        let reflection = Reflection::of_feet(&pulses, settings.first_gap).filter(|_| settings.end_reflects);
-        let chosen = || undisturbed_gaps(&pulses, reflection.as_ref(), settings.first_gap);
-        let velocity_gaps = settings.velocity_gaps.clone().unwrap_or_else(chosen);
-        let times_s = |speed: SpeedFit| {
-            let profile = MovingProfile::new(map, &pulses, speed.velocity_m_per_s);
-            half_width_times(map, &profile, reflection.as_ref(), settings.first_gap)
+        // `Ok(None)` of an end that does not reflect; where one does, a reflection of which nothing is known may be anywhere.
+        let reflection = match settings.end_reflects {
+            true => Reflection::of_feet(&pulses, settings.first_gap).map(Some),
+            false => Ok(None),
         };
-        let speed = fit_speed(&pulses, &settings.spacing, &velocity_gaps);
-        let half_width_times_s = speed.map_or_else(|_| Vec::new(), times_s);
+        let velocity_gaps = match (&settings.velocity_gaps, &reflection) {
+            (Some(stated), _) => Ok(stated.clone()),
+            (None, Ok(echo)) => Ok(undisturbed_gaps(&pulses, echo.as_ref(), settings.first_gap)),
+            (None, Err(untold)) => {
+                // What has no speed anyway says why not.
+                let any = settings.first_gap..=pulses.len();
+                fit_speed(&pulses, &settings.spacing, &any).and(Err(*untold))
+            }
+        };
+        let speed = velocity_gaps.clone().and_then(|gaps| fit_speed(&pulses, &settings.spacing, &gaps));
+        let times_s = |(speed, echo): (SpeedFit, &Option<Reflection>)| {
+            let profile = MovingProfile::new(map, &pulses, speed.velocity_m_per_s);
+            half_width_times(map, &profile, echo.as_ref(), settings.first_gap)
+        };
+        let half_width_times_s = speed.ok().zip(reflection.as_ref().ok()).map_or_else(Vec::new, times_s);
         let resonance = Maximum::of(&tail_spectrum(map, &pulses));
         Self { settings, energy_of, velocity_gaps, half_width_times_s, resonance }
     }
@@ -236,7 +247,7 @@ impl<'a> Plan<'a> {
             Some(energy_of) => pulses_and_bent_energies(map, front, energy_of),
             None => (leading_pulses(map, front), Vec::new()),
         };
-        let speed = fit_speed(&pulses, &map.spacing, &self.velocity_gaps);
+        let speed = self.velocity_gaps.clone().and_then(|gaps| fit_speed(&pulses, &map.spacing, &gaps));
         let half_widths_m = speed.map_or_else(
             |_| vec![None; self.half_width_times_s.len()],
             |speed| {
@@ -247,7 +258,8 @@ impl<'a> Plan<'a> {
         let spectrum = tail_spectrum(map, &pulses);
         let resonance_hz = self.resonance.as_ref().ok().and_then(|found| found.moved_hz(&spectrum));
         let particles_m_per_s = particle_velocities_m_per_s(motion, map, &pulses);
-        let particle_m_per_s = mean_within(&particles_m_per_s, &self.velocity_gaps);
+        let gaps = self.velocity_gaps.as_ref().ok();
+        let particle_m_per_s = gaps.and_then(|gaps| mean_within(&particles_m_per_s, gaps));
         Values {
             pulses,
             particles_m_per_s,
@@ -289,6 +301,7 @@ impl Values {
         columns.set(Column::FirstThird, of_speed(|speed| speed.thirds_m_per_s.map(|thirds| thirds[0])));
         columns.set(Column::LastThird, of_speed(|speed| speed.thirds_m_per_s.map(|thirds| thirds[1])));
         columns.set(Column::Variation, of_speed(SpeedFit::relative_variation));
+        columns.set(Column::OffLine, of_speed(|speed| Some(speed.off_line())));
         columns.set(Column::ParticleVelocity, self.particles_m_per_s.clone());
         columns.set(Column::MeanParticleVelocity, vec![self.particle_m_per_s]);
         columns.set(Column::HalfWidth, self.half_widths_m.clone());
@@ -332,13 +345,18 @@ fn assemble(map: StrainMap, plan: &Plan<'_>, values: &Values, scatter: &Scatter)
     };
     let half_widths: Vec<HalfWidth> =
         plan.half_width_times_s.iter().enumerate().filter_map(half_width).collect();
-    let half_widths =
-        values.speed.map(|speed| without_jumps(&half_widths, speed.velocity_m_per_s, map.spacing.mean_m()));
+    let speed = plan.velocity_gaps.clone().and_then(|gaps| {
+        let is_no_line = scatter.estimate(Column::OffLine, 0).is_ok_and(is_no_line);
+        if is_no_line { Err(Missing::NotOneLine) } else { Ok((values.speed?, gaps)) }
+    });
+    let half_widths = speed
+        .as_ref()
+        .map(|(speed, _)| without_jumps(&half_widths, speed.velocity_m_per_s, map.spacing.mean_m()));
     let fronts = values.pulses.iter().enumerate();
     Measurement {
         fronts: fronts.map(|(row, pulse)| gap_front(row, (*pulse)?, scatter)).collect(),
-        group_velocity: values.speed.and_then(|speed| group_velocity(&speed, &plan.velocity_gaps, scatter)),
         half_widths: half_widths.unwrap_or_default(),
+        group_velocity: speed.and_then(|(speed, gaps)| group_velocity(&speed, &gaps, scatter)),
         energies: plan.energy_of.map(|_| energies(&plan.settings.front, &values.energies, scatter)),
         front: plan.settings.front,
         spectrum: values.spectrum.clone(),

@@ -82,7 +82,7 @@ impl AlignmentState<'_> {
     }
 
     /// Variances that the readings' noise, so many times what is stated, gives a body's motion at each time, in square metres: between frames,
-    /// and where they are read at frames.
+    /// and as noise that is independent from time to time, which adds up over many to as much: that of frames, times how many times share one.
     fn noise_m2(&self, of_body: &FittedBody, ratio: f64) -> Vec<[f64; 2]> {
         let of_time = |FittedTime { contributions, response }: FittedTime<'_>| {
             let noise_m2 = |gain: fn(&Contribution) -> f64| {
@@ -90,7 +90,7 @@ impl AlignmentState<'_> {
                     |c: &Contribution| (response.gain(c, &self.drive) * c.read.sigma).powi(2) * gain(c);
                 ratio.powi(2) * contributions.iter().map(part).sum::<f64>()
             };
-            [noise_m2(|c| c.read.noise_gain), noise_m2(|_| 1.0)]
+            [noise_m2(|c| c.read.noise_gain), noise_m2(|c| c.n_shared)]
         };
         of_body.times().map(of_time).collect()
     }

@@ -3,7 +3,7 @@
 use chainwave_measurement::{ChainMotion, ErrorModes, Estimate, Observation};
 use ndarray::Array2;
 
-use crate::resample::Stencil;
+use crate::resample::Resampling;
 use crate::rest::{Displacement, displacement_from_rest};
 use crate::settings::Settings;
 use crate::stitched::Alignment;
@@ -34,19 +34,26 @@ pub fn averaged(
         modes: ErrorModes::default(),
         n_trials: Array2::zeros(shape),
     };
+    let interval_s = times_s.get(1).map_or(f64::INFINITY, |second_s| second_s - times_s[0]);
     let mut sums = Array2::from_elem(shape, Sums::default());
     for (observation, alignment) in observations.iter().zip(alignments) {
         let tracks = observation.bodies.iter().filter(|track| (1..=settings.n_bodies).contains(&track.body));
         let displacements: Vec<Displacement> = tracks
             .filter_map(|track| displacement_from_rest(observation, track, settings.rest_until_s).ok())
             .collect();
-        for (i, time_s) in times_s.iter().enumerate() {
-            let at_s = time_s + alignment.trigger_offset_s.value;
-            let Some(stencil) = Stencil::at(&observation.times_s, at_s) else { continue };
+        let own_s = times_s.iter().map(|time_s| time_s + alignment.trigger_offset_s.value);
+        let resampled = Resampling::at(observation, own_s);
+        for i in 0..times_s.len() {
             for displacement in &displacements {
-                let Some(read) = stencil.read(&displacement.samples) else { continue };
+                let Some(read) = resampled.read(i, &displacement.samples) else { continue };
                 let noise = read.noise_gain * read.sigma.powi(2);
-                sums[(displacement.row, i)].add(read.value, noise, displacement.rest_sigma_m.powi(2));
+                let n_shared = read.n_shared(interval_s);
+                sums[(displacement.row, i)].add(
+                    read.value,
+                    noise,
+                    displacement.rest_sigma_m.powi(2),
+                    n_shared,
+                );
             }
         }
     }
@@ -76,14 +83,14 @@ struct Sums {
 
 impl Sums {
     /// A reading with the variances of its noise and of its place at rest. A reading without any error, which only a made one can be,
-    /// counts as one of a tiny error.
-    fn add(&mut self, value: f64, noise: f64, rest: f64) {
+    /// counts as one of a tiny error. So many times share its noise, which is no smaller for being repeated.
+    fn add(&mut self, value: f64, noise: f64, rest: f64, n_shared: f64) {
         let weight = (noise + rest).max(f64::MIN_POSITIVE.sqrt()).recip();
         self.n += 1;
         self.weight += weight;
         self.values += weight * value;
         self.squares += weight * value * value;
-        self.noise += weight * weight * noise;
+        self.noise += weight * weight * noise * n_shared;
     }
 
     fn mean(&self) -> f64 {

@@ -10,11 +10,14 @@ pub(crate) struct Contribution {
     /// Row of the recording in the alignment.
     pub(crate) recording: usize,
     pub(crate) read: Interpolated,
+    /// How many times of the common base share a frame's noise, 1 where frames are no longer than the base's interval.
+    pub(crate) n_shared: f64,
 }
 
 impl Contribution {
+    /// What it tells over the inverse of its variance: sums over all times count the noise of a frame once, however many of them share it.
     pub(crate) fn weight(&self) -> f64 {
-        self.read.sigma.powi(-2)
+        self.read.sigma.powi(-2) / self.n_shared
     }
 }
 
@@ -64,7 +67,7 @@ pub(crate) struct BodyResponse {
     velocity_slope_m_per_s: f64,
     /// Covariance of (X, S, Q) in square metres.
     covariance: Matrix3<f64>,
-    /// The part of it that the readings' noise has, without the priors'.
+    /// That of their values at one time, by the readings' noise alone, without the priors'.
     noise: Matrix3<f64>,
     /// Covariance of the mean motion with (X, S, Q), in square metres.
     mean_covariance: RowVector3<f64>,
@@ -80,12 +83,13 @@ impl BodyResponse {
         let scaled = Vector3::new(-1.0, 1.0, 0.0) / prior.slope_m;
         let curved = prior.curvature.row();
         let known = scaled * scaled.transpose() + curved * curved.transpose();
-        let mut told = Matrix3::zeros();
+        let (mut told, mut noise) = (Matrix3::zeros(), Matrix3::zeros());
         let mut right_side = Vector3::zeros();
         let mut right_side_rate = Vector3::zeros();
         for contribution in contributions {
             let basis = basis(drive[contribution.recording]);
             told += basis * basis.transpose() * contribution.weight();
+            noise += basis * basis.transpose() * (contribution.weight() / contribution.n_shared);
             right_side += basis * (contribution.weight() * contribution.read.value);
             right_side_rate += basis * (contribution.weight() * contribution.read.rate);
         }
@@ -102,7 +106,7 @@ impl BodyResponse {
             velocity_m_per_s: rates[0],
             velocity_slope_m_per_s: rates[1],
             covariance,
-            noise: covariance * told * covariance,
+            noise: covariance * noise * covariance,
             mean_covariance,
             prior_errors_m: [scaled, curved].map(|known| (mean_covariance * known)[0]),
         })
@@ -219,7 +223,8 @@ mod tests {
     use super::*;
 
     fn contribution(recording: usize, value: f64, sigma: f64) -> Contribution {
-        Contribution { recording, read: Interpolated { value, rate: 0.0, sigma, noise_gain: 1.0 } }
+        let read = Interpolated { value, rate: 0.0, sigma, noise_gain: 1.0, interval_s: 1.0 };
+        Contribution { recording, read, n_shared: 1.0 }
     }
 
     const WEAK: ResponsePrior =

@@ -5,11 +5,11 @@
 //! alignment may settle all the same, but it does not leave noise alone.
 
 use chainwave_measurement::{ChainMotion, ErrorModes, Estimate, Observation};
-use ndarray::Array2;
+use ndarray::{Array2, ArrayView1};
 
 use crate::error::StitchingError;
 use crate::reading_error::on_time_base;
-use crate::resample::{Interpolated, Stencil};
+use crate::resample::{Interpolated, Resampling};
 use crate::rest::{Displacement, displacement_from_rest};
 use crate::settings::Settings;
 use crate::spread::Spread;
@@ -20,13 +20,17 @@ use crate::trigger_scatter::widening;
 /// alignments with 30 degrees of freedom (chi squared 120), and an alignment has hundreds; what is left is room for sigmas that are too small
 /// by up to two. Each effect of a real camera that `prove --camera` films leaves the recordings at 0.6 to 1.0.
 pub(crate) const SOUND_SCATTER: f64 = 2.0;
-/// Trials from which their scatter is told.
+/// Trials from which their scatter is told, where as many saw a body; two tell it badly, and are better than nothing.
 const LEAST_TRIALS: usize = 3;
+/// Student's t at 97.5 % with one degree of freedom over the normal distribution's: two trials are beyond what expansions hold for.
+const WIDENING_OF_TWO: f64 = 12.706_204_736_174_7 / Estimate::COVERAGE_95;
 
 /// What one recording reads of a body at a time.
 struct Reading {
     recording: usize,
     read: Interpolated,
+    /// How many times share a frame's noise.
+    n_shared: f64,
 }
 
 /// Whether an alignment is none: its recordings scatter by several times what the trackers' sigma lets expect. Where bodies tie all of them,
@@ -50,11 +54,11 @@ pub(crate) fn is_contradicted(stitched: &Stitched, n_groups: usize, trigger_prio
 ///
 /// Its error is that of a mean of trials: what one recording lies off it counts as one error of all its bodies and times, so that strains
 /// and peaks have it too, so much wider that 1.96 standard deviations hold 95 % of a mean whose trials are few (of three, 3 % narrower than
-/// Student's interval: that of an expansion). What fewer than three recordings saw at a time is left out. Of triggers and drives nothing is
-/// told but what is known before.
+/// Student's interval: that of an expansion). What fewer than three recordings saw at a time is left out, of a body that no more than two saw at all what one
+/// saw. Of triggers, drives and all that an alignment tells beside the motion nothing is told but what is known before.
 ///
 /// # Errors
-/// A body that was never at rest.
+/// A body that was never at rest, or [`StitchingError::Contradictory`] where nothing is left.
 pub(crate) fn averaged_by_trigger(
     observations: &[Observation],
     settings: &Settings,
@@ -62,41 +66,14 @@ pub(crate) fn averaged_by_trigger(
     contradicted: &Stitched,
 ) -> Result<Stitched, StitchingError> {
     let times_s = &contradicted.motion.times_s;
-    let readings = readings(observations, settings, times_s)?;
-    let shape = (settings.n_bodies, times_s.len());
-    let mut motion = ChainMotion {
-        times_s: times_s.clone(),
-        displacement_m: Array2::from_elem(shape, None),
-        independent_sigma_m: Array2::zeros(shape),
-        modes: ErrorModes::default(),
-        n_trials: Array2::zeros(shape),
-    };
-    let mut of_trials: Vec<Array2<f64>> = vec![Array2::zeros(shape); observations.len()];
-    let mut spread = Spread { within_m: Array2::zeros(shape), between_m: Array2::zeros(shape) };
-    for (at, of_time) in readings.indexed_iter().filter(|(_, of_time)| of_time.len() >= LEAST_TRIALS) {
-        let n = of_time.len() as f64;
-        let mean_m = of_time.iter().map(|one| one.read.value).sum::<f64>() / n;
-        let noise_m2 = |gain: fn(&Interpolated) -> f64| {
-            of_time.iter().map(|one| gain(&one.read) * one.read.sigma.powi(2)).sum::<f64>() / n.powi(2)
-        };
-        let mut variance_m2 = noise_m2(|read| read.noise_gain);
-        let mut squares_m2 = 0.0;
-        for one in of_time {
-            let off_m = one.read.value - mean_m;
-            // Of n such errors with normal amplitudes the squares add up to the variance of the mean of n, known as well as n trials tell it.
-            let error_m = widening(n - 1.0) * off_m / (n * (n - 1.0)).sqrt();
-            of_trials[one.recording][at] = error_m;
-            variance_m2 += error_m.powi(2);
-            squares_m2 += off_m.powi(2);
-        }
-        motion.displacement_m[at] = Some(Estimate::new(mean_m, variance_m2.sqrt()));
-        motion.independent_sigma_m[at] = noise_m2(|_| 1.0).sqrt();
-        motion.n_trials[at] = of_time.len() as u32;
-        spread.within_m[at] = (n * noise_m2(|_| 1.0)).sqrt();
-        spread.between_m[at] = (squares_m2 / (n - 1.0)).sqrt();
+    let readings = readings(observations, settings, times_s, interval_s)?;
+    let Means { mut motion, of_trials, spread } = means(&readings, times_s, observations.len());
+    if motion.displacement_m.iter().all(Option::is_none) {
+        let names: Vec<&str> = observations.iter().map(|one| one.recording.as_str()).collect();
+        return Err(StitchingError::Contradictory { recordings: names.join(", ") });
     }
     for shared in &settings.reading_errors {
-        let mut error_m = Array2::zeros(shape);
+        let mut error_m = Array2::zeros(readings.dim());
         for of_row in on_time_base(shared, observations, &vec![0.0; observations.len()], times_s) {
             for (i, of_time) in readings.row(of_row.row).iter().enumerate() {
                 let sum: f64 = of_time.iter().map(|one| of_row.at(one.recording, i)).sum();
@@ -126,9 +103,69 @@ pub(crate) fn averaged_by_trigger(
         drive_scale_sigma: None,
         motion,
         spread,
+        rounds: contradicted.rounds,
+        unsettled: contradicted.unsettled,
+        // What the alignment says of these is no better than the alignment.
+        shown: Vec::new(),
+        clocks: Vec::new(),
+        left_by_views: Vec::new(),
         warnings,
-        ..contradicted.clone()
     })
+}
+
+/// The means of trials.
+struct Means {
+    /// With the readings' noise, and the trials' scatter in its sigmas alone.
+    motion: ChainMotion,
+    /// What each recording off the mean makes of the mean's error.
+    of_trials: Vec<Array2<f64>>,
+    spread: Spread,
+}
+
+fn means(readings: &Array2<Vec<Reading>>, times_s: &[f64], n_recordings: usize) -> Means {
+    let shape = readings.dim();
+    let mut motion = ChainMotion {
+        times_s: times_s.to_vec(),
+        displacement_m: Array2::from_elem(shape, None),
+        independent_sigma_m: Array2::zeros(shape),
+        modes: ErrorModes::default(),
+        n_trials: Array2::zeros(shape),
+    };
+    let mut of_trials: Vec<Array2<f64>> = vec![Array2::zeros(shape); n_recordings];
+    let mut spread = Spread { within_m: Array2::zeros(shape), between_m: Array2::zeros(shape) };
+    let least: Vec<usize> =
+        readings.rows().into_iter().map(|of_body| least_trials(&of_body, n_recordings)).collect();
+    for (at, of_time) in readings.indexed_iter().filter(|(at, of_time)| of_time.len() >= least[at.0]) {
+        let n = of_time.len() as f64;
+        let widened = if of_time.len() == 2 { WIDENING_OF_TWO } else { widening(n - 1.0) };
+        let mean_m = of_time.iter().map(|one| one.read.value).sum::<f64>() / n;
+        let noise_m2 = |gain: fn(&Reading) -> f64| {
+            of_time.iter().map(|one| gain(one) * one.read.sigma.powi(2)).sum::<f64>() / n.powi(2)
+        };
+        let mut variance_m2 = noise_m2(|one| one.read.noise_gain);
+        let mut squares_m2 = 0.0;
+        for one in of_time {
+            let off_m = one.read.value - mean_m;
+            // Of n such errors with normal amplitudes the squares add up to the variance of the mean of n, known as well as n trials tell it.
+            let error_m = widened * off_m / (n * (n - 1.0)).sqrt();
+            of_trials[one.recording][at] = error_m;
+            variance_m2 += error_m.powi(2);
+            squares_m2 += off_m.powi(2);
+        }
+        motion.displacement_m[at] = Some(Estimate::new(mean_m, variance_m2.sqrt()));
+        motion.independent_sigma_m[at] = noise_m2(|one| one.n_shared).sqrt();
+        motion.n_trials[at] = of_time.len() as u32;
+        spread.within_m[at] = (n * noise_m2(|_| 1.0)).sqrt();
+        spread.between_m[at] = (squares_m2 / (n - 1.0)).sqrt();
+    }
+    Means { motion, of_trials, spread }
+}
+
+/// Trials that a time of a body must have, two or three, by how many saw the body at all.
+fn least_trials(of_body: &ArrayView1<'_, Vec<Reading>>, n_recordings: usize) -> usize {
+    let mut has_seen = vec![false; n_recordings];
+    of_body.iter().flatten().for_each(|one| has_seen[one.recording] = true);
+    has_seen.iter().filter(|has_seen| **has_seen).count().clamp(2, LEAST_TRIALS)
 }
 
 /// What the recordings read, by body and time.
@@ -136,6 +173,7 @@ fn readings(
     observations: &[Observation],
     settings: &Settings,
     times_s: &[f64],
+    interval_s: f64,
 ) -> Result<Array2<Vec<Reading>>, StitchingError> {
     let mut readings = Array2::from_shape_fn((settings.n_bodies, times_s.len()), |_| Vec::new());
     for (recording, observation) in observations.iter().enumerate() {
@@ -143,11 +181,12 @@ fn readings(
         let displacements: Vec<Displacement> = seen
             .map(|track| displacement_from_rest(observation, track, settings.rest_until_s))
             .collect::<Result<_, _>>()?;
-        for (i, time_s) in times_s.iter().enumerate() {
-            let Some(stencil) = Stencil::at(&observation.times_s, *time_s) else { continue };
+        let resampled = Resampling::at(observation, times_s.iter().copied());
+        for i in 0..times_s.len() {
             for displacement in &displacements {
-                if let Some(read) = stencil.read(&displacement.samples) {
-                    readings[(displacement.row, i)].push(Reading { recording, read });
+                if let Some(read) = resampled.read(i, &displacement.samples) {
+                    let n_shared = read.n_shared(interval_s);
+                    readings[(displacement.row, i)].push(Reading { recording, read, n_shared });
                 }
             }
         }
@@ -234,13 +273,32 @@ mod tests {
         assert!(is_contradicted(&merged, 1, 1e-4) && !is_contradicted(&merged, 12, 1e-4));
     }
 
-    #[test]
-    fn what_few_trials_saw_is_left_out() {
-        let observations = [trial(1, NEVER_S), trial(2, NEVER_S)];
-        let settings = Settings::new(1, 1e-4);
-        let aligned = Aligned::of(&observations, &settings, 1e-4).unwrap();
+    fn averaged(observations: &[Observation]) -> Result<Stitched, StitchingError> {
+        let settings = Settings { asks_for_clocks: true, ..Settings::new(1, 1e-4) };
+        let aligned = Aligned::of(observations, &settings, 1e-4).unwrap();
         let (merged, _) = aligned.ungauged().trimmed().unwrap().stitched().unwrap();
-        let averaged = averaged_by_trigger(&observations, &settings, 1e-4, &merged).unwrap();
-        assert!(averaged.motion.displacement_m.iter().all(Option::is_none));
+        averaged_by_trigger(observations, &settings, 1e-4, &merged)
+    }
+
+    #[test]
+    fn two_trials_that_contradict_each_other_leave_a_wide_mean_and_one_leaves_nothing() {
+        let two = averaged(&[trial(1, NEVER_S), trial(2, 9e-3)]).unwrap();
+        let last = two.motion.displacement_m.row(0).iter().flatten().last().copied().unwrap();
+        // 4 and 7 mm: 5.5 on average, off by half their distance, 12.706 times which holds 95 %.
+        assert!((last.value - 5.5e-3).abs() < 1e-6, "{last:?}");
+        assert!((last.sigma / (12.706 / Estimate::COVERAGE_95 * 1.5e-3) - 1.0).abs() < 1e-3, "{last:?}");
+        let said = averaged(&[trial(1, NEVER_S)]).unwrap_err().to_string();
+        assert!(said.contains("trial 1"), "{said}");
+    }
+
+    #[test]
+    fn nothing_of_the_alignment_that_was_given_up_is_told() {
+        let mut seen: Vec<Observation> = (1..6).map(|number| trial(number, NEVER_S)).collect();
+        seen[4].view = 2;
+        let found = averaged(&seen).unwrap();
+        let settings = Settings { asks_for_clocks: true, ..Settings::new(1, 1e-4) };
+        let merged = crate::merge(&seen, &settings).unwrap();
+        assert!(!merged.clocks.is_empty() && !merged.left_by_views.is_empty());
+        assert!(found.shown.is_empty() && found.clocks.is_empty() && found.left_by_views.is_empty());
     }
 }

@@ -27,7 +27,7 @@ pub enum StitchingError {
         /// Bodies in the chain.
         n_bodies: usize,
     },
-    /// Tracks and times differ in length, or the times do not increase.
+    /// Tracks and times differ in length, or the times do not increase or are far from the other recordings'.
     #[error("stitching: recording {recording}: expected {expected}, found {found}")]
     Inconsistent {
         /// Name of the recording.
@@ -61,6 +61,15 @@ pub enum StitchingError {
         /// The time on the common time base, in seconds.
         time_s: f64,
         /// Names of the recordings that saw it.
+        recordings: String,
+    },
+    /// No response to the drive explains how recordings differ, and no two of them saw a body at one time, so that nothing is left to average.
+    #[error(
+        "stitching: expected recordings that agree, or two that saw a body at one time, found neither in {recordings} (hint: is one of \
+         them mislabelled?)"
+    )]
+    Contradictory {
+        /// Names of the recordings.
         recordings: String,
     },
     /// The least-squares problem of the alignment has no unique solution.

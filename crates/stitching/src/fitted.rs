@@ -5,7 +5,7 @@ use chainwave_measurement::map_in_parallel;
 use crate::body_response::{BodyResponse, Contribution, CurvaturePrior, ResponsePrior};
 use crate::error::StitchingError;
 use crate::fitted_body::{FittedBody, FittedTime, Readings};
-use crate::resample::Stencil;
+use crate::resample::Resampling;
 use crate::settings::Settings;
 use crate::state::{AlignmentState, Scale};
 
@@ -37,53 +37,56 @@ impl AlignmentState<'_> {
 
     /// The row of one body in [`AlignmentState::responses`].
     pub(crate) fn responses_of(&self, row: usize) -> Result<FittedBody, StitchingError> {
-        self.fit_body(row, &self.stencils(), SlopePrior::OfBody)
+        self.fit_body(row, &self.resampled(), SlopePrior::OfBody)
     }
 
     fn fitted(&self, slope_prior: SlopePrior) -> Result<Fitted, StitchingError> {
-        let stencils = self.stencils();
-        let of_row = |row: usize| self.fit_body(row, &stencils, slope_prior);
+        let resampled = self.resampled();
+        let of_row = |row: usize| self.fit_body(row, &resampled, slope_prior);
         let Settings { n_bodies, n_threads, .. } = *self.settings;
         map_in_parallel(n_bodies, n_threads, of_row).into_iter().collect()
     }
 
     /// How each recording is read at the times of the common base.
-    fn stencils(&self) -> Vec<Vec<Option<Stencil>>> {
+    fn resampled(&self) -> Vec<Resampling<'_>> {
         let of_recording = |r: usize| {
-            let (observation, offset_s) = (&self.observations[r], self.offsets_s[r]);
-            self.times_s.iter().map(|time_s| Stencil::at(&observation.times_s, time_s + offset_s)).collect()
+            let own_s = self.times_s.iter().map(|time_s| time_s + self.offsets_s[r]);
+            Resampling::at(&self.observations[r], own_s)
         };
         map_in_parallel(self.observations.len(), self.settings.n_threads, of_recording)
     }
 
-    /// What each recording says of a body at each of these times.
-    fn readings_of(&self, row: usize, stencils: &[Vec<Option<Stencil>>]) -> Readings {
-        let seen = self.displacements.iter().zip(stencils).enumerate();
+    /// What each recording says of a body at each of these times, and how many of those that saw the body ever last over the time.
+    fn readings_of(&self, row: usize, resampled: &[Resampling<'_>]) -> (Readings, Vec<usize>) {
+        let seen = self.displacements.iter().zip(resampled).enumerate();
         let seen: Vec<_> = seen
-            .flat_map(|(recording, (displacements, stencils))| {
+            .flat_map(|(recording, (displacements, resampled))| {
                 let own = displacements.iter().filter(|displacement| displacement.row == row);
-                own.map(move |displacement| (recording, &displacement.samples, stencils))
+                own.map(move |displacement| (recording, &displacement.samples, resampled))
             })
             .collect();
         let mut readings = Readings::default();
         for i in 0..self.times_s.len() {
-            readings.push_time(seen.iter().filter_map(|(recording, samples, stencils)| {
-                let read = stencils[i].as_ref()?.read(samples)?;
-                Some(Contribution { recording: *recording, read })
+            readings.push_time(seen.iter().filter_map(|(recording, samples, resampled)| {
+                let read = resampled.read(i, samples)?;
+                let n_shared = read.n_shared(self.frame_interval_s);
+                Some(Contribution { recording: *recording, read, n_shared })
             }));
         }
-        readings
+        let lasting = |i: usize| seen.iter().filter(|(_, _, resampled)| resampled.covers(i)).count();
+        (readings, (0..self.times_s.len()).map(lasting).collect())
     }
 
-    /// Fits one body's motion. A time that fewer than three recordings cover, of more that saw the body, is left out: at the
-    /// ends of the time base one trial would stand for all.
+    /// Fits one body's motion. A time over which fewer than three recordings last, of more that saw the body, is left out: at the
+    /// ends of the time base one trial would stand for all. Where recordings last and their tracks do not, as a body leaves one view before the other, those that
+    /// still see it tell its motion, with the error of a response that they do not tell.
     fn fit_body(
         &self,
         row: usize,
-        stencils: &[Vec<Option<Stencil>>],
+        resampled: &[Resampling<'_>],
         slope_prior: SlopePrior,
     ) -> Result<FittedBody, StitchingError> {
-        let readings = self.readings_of(row, stencils);
+        let (readings, n_lasting) = self.readings_of(row, resampled);
         let all = || readings.all().iter().map(|contribution| &contribution.read);
         let n = all().count().max(1) as f64;
         let rms_m = (all().map(|read| read.value.powi(2)).sum::<f64>() / n).sqrt();
@@ -109,13 +112,17 @@ impl AlignmentState<'_> {
             SlopePrior::OfTime => most > 3,
         };
         let once = if is_told { n_times.sqrt() } else { 1.0 };
-        let prior = ResponsePrior { slope_m: once * prior_m(sizes.slope), curvature };
+        let prior = |n: usize| {
+            let is_left_alone = n < enough && matches!(slope_prior, SlopePrior::OfTime);
+            let once = if is_left_alone { 1.0 } else { once };
+            ResponsePrior { slope_m: once * prior_m(sizes.slope), curvature }
+        };
         let (mut kept, mut responses) = (Readings::default(), Vec::with_capacity(self.times_s.len()));
         for (i, of_time) in readings.of_times().enumerate() {
-            let of_time = if of_time.len() < enough { &[] } else { of_time };
+            let of_time = if n_lasting[i] < enough { &[] } else { of_time };
             responses.push(match of_time.is_empty() {
                 true => BodyResponse::default(),
-                false => BodyResponse::fit(of_time, &self.drive, prior)
+                false => BodyResponse::fit(of_time, &self.drive, prior(of_time.len()))
                     .ok_or_else(|| self.undetermined(row, i, of_time))?,
             });
             kept.push_time(of_time.iter().copied());
@@ -147,7 +154,7 @@ pub(crate) fn tells_curvature(n_recordings: usize) -> bool {
 const VELOCITY_TIMES: usize = 2;
 
 /// Averages the velocities of neighbouring times.
-fn smooth_velocities(of_body: &mut FittedBody) {
+pub(crate) fn smooth_velocities(of_body: &mut FittedBody) {
     let velocity = |at: FittedTime<'_>| (!at.contributions.is_empty()).then(|| at.response.velocity());
     let read: Vec<Option<[f64; 2]>> = of_body.times().map(velocity).collect();
     for (i, response) in of_body.responses.iter_mut().enumerate() {

@@ -27,34 +27,34 @@ pub(crate) struct Onset {
     covariance: Matrix2<f64>,
     /// Their derivatives by the drives and offsets of all recordings.
     derivatives: DMatrix<f64>,
+    /// Whether noise is no small part of what tells them.
+    is_noisy: bool,
 }
 
 impl Onset {
     /// From the readings of the first body over time, by least squares of its slope against its motion and velocity, which have
-    /// far less noise; `None` where nothing moves. A prescribed motion is in proportion to the drive from its beginning to its end.
+    /// far less noise. A prescribed motion is in proportion to the drive from its beginning to its end.
     pub(crate) fn read(
         (of_body, first_body): (&FittedBody, FirstBody),
         model: Option<&StatedResponse>,
         drive: &[f64],
         errors: &ReadingErrors<'_>,
         interval_s: f64,
-    ) -> Option<Self> {
-        let motion_m = |at: &FittedTime<'_>| at.response.motion_m.abs();
-        let furthest_m = of_body.times().map(|at| motion_m(&at)).fold(0.0, f64::max);
-        let n_onset = match first_body {
-            FirstBody::Free => {
-                of_body.times().take_while(|at| motion_m(at) < ONSET_SHARE * furthest_m).count()
-            }
-            FirstBody::Prescribed => of_body.responses.len(),
+    ) -> OnsetTells<Self> {
+        let furthest_m = furthest_m(of_body);
+        let whole: Vec<FittedTime<'_>> = of_body.times().take(length(of_body, first_body)).collect();
+        let moves = |at: &FittedTime<'_>| motion_m(at) > MOVING_SHARE * furthest_m;
+        let Told { onset, read, inverse } = match told_beside(whole, moves, errors.noise.as_ref()) {
+            OnsetTells::Of(told) => told,
+            OnsetTells::Nothing => return OnsetTells::Nothing,
+            OnsetTells::NothingButNoise => return OnsetTells::NothingButNoise,
         };
-        let onset: Vec<FittedTime<'_>> = of_body.times().take(n_onset).collect();
-        let (read, inverse) = scale_and_delay(onset.iter().copied())?;
         let gains: Vec<Vector2<f64>> =
             onset.iter().map(|at| inverse * scaled_and_delayed(at.response)).collect();
         let departure = match first_body {
             FirstBody::Free => {
-                let last_m = onset.last().map_or(0.0, motion_m);
-                let moving = onset.iter().filter(|at| motion_m(at) > 0.01 * furthest_m).count();
+                let last_m = onset.last().map_or(0.0, |at| motion_m(at));
+                let moving = onset.iter().filter(|at| moves(at)).count();
                 let unknown = || OnsetDeparture::unknown(moving as f64 * interval_s);
                 model.and_then(|model| model.departure(last_m)).unwrap_or_else(unknown)
             }
@@ -80,7 +80,7 @@ impl Onset {
                 }
             }
         }
-        Some(Self { factors, covariance, derivatives })
+        OnsetTells::Of(Self { factors, covariance, derivatives, is_noisy: errors.noise.is_some() })
     }
 
     /// alpha.
@@ -89,19 +89,130 @@ impl Onset {
     }
 }
 
+/// What an onset tells of the exchange.
+#[derive(Debug, Clone)]
+pub(crate) enum OnsetTells<T> {
+    /// There is none, or it tells no scale at all: nothing moves, or drives are all alike.
+    Nothing,
+    /// Motion and velocity are told apart by noise alone: where an onset grows exponentially, as that of a front that runs by itself, they are in proportion,
+    /// and a trigger's offset is as good as a drive.
+    NothingButNoise,
+    /// This.
+    Of(T),
+}
+
+impl<T> OnsetTells<T> {
+    /// What it tells, if it does.
+    pub(crate) fn ok(self) -> Option<T> {
+        match self {
+            Self::Of(told) => Some(told),
+            Self::Nothing | Self::NothingButNoise => None,
+        }
+    }
+}
+
+/// A body moves from this share of its way on.
+const MOVING_SHARE: f64 = 0.01;
+/// Share of noise in any direction of the normal matrix up to which it counts as none: it draws the direction's value towards zero by as much, a tenth at most,
+/// which is what a scale may be off anyway ([`crate::stated_response::DEPARTURE_OF_SCALE`]). Strikers leave some thousandths, and some hundredths in a first round.
+const NO_SHARE: f64 = 0.1;
+/// Share of noise from which on a direction is not told.
+const MOST_NOISE: f64 = 0.5;
+/// Times at rest that tell the noise of motion and velocity at least.
+const LEAST_AT_REST: usize = 4;
+
+/// What an onset tells of scale and delay.
+struct Told<'a> {
+    /// The times that tell it.
+    onset: Vec<FittedTime<'a>>,
+    /// Scale, and delay in seconds.
+    read: Vector2<f64>,
+    /// Inverse of the normal matrix without its noise.
+    inverse: Matrix2<f64>,
+}
+
+/// Least squares beside noise of motion and velocity, whose mean products at one time are given where they are no small part of the matrix. Then moving times
+/// alone count, without what their noise is expected to add (W. A. Fuller, Measurement Error Models, Wiley 1987, ch. 1).
+fn told_beside<'a>(
+    whole: Vec<FittedTime<'a>>,
+    moves: impl Fn(&FittedTime<'a>) -> bool,
+    noise: Option<&Matrix2<f64>>,
+) -> OnsetTells<Told<'a>> {
+    let told = |onset: Vec<FittedTime<'a>>, added: Matrix2<f64>| {
+        let (normal, right_side) = normal_equations(onset.iter().copied());
+        let inverse = (normal - added).try_inverse();
+        let of_inverse = |inverse| OnsetTells::Of(Told { onset, read: inverse * right_side, inverse });
+        inverse.map_or(OnsetTells::Nothing, of_inverse)
+    };
+    let Some(noise) = noise else { return told(whole, Matrix2::zeros()) };
+    let moving: Vec<FittedTime<'_>> = whole.into_iter().filter(moves).collect();
+    let added = noise * moving.len() as f64;
+    match noise_share(&normal_equations(moving.iter().copied()).0, &added) {
+        Some(share) if share <= MOST_NOISE => told(moving, added),
+        _ => OnsetTells::NothingButNoise,
+    }
+}
+
+/// Share of noise in the direction that holds most of it; `None` of a matrix that is not positive definite.
+fn noise_share(normal: &Matrix2<f64>, noise: &Matrix2<f64>) -> Option<f64> {
+    let factor = normal.cholesky()?.l();
+    let left = factor.solve_lower_triangular(noise)?;
+    let shares = factor.solve_lower_triangular(&left.transpose())?;
+    Some((0.5 * (shares + shares.transpose())).symmetric_eigenvalues().max())
+}
+
+/// Mean products of a body's motion and velocity at one time as noise alone makes them, by the first times, at which it rests; `None` where that is a small part of
+/// what tells its onset, or where too few times tell it. Times that do not move hold nothing else, and their squares would make any matrix look regular.
+pub(crate) fn noise_that_counts(
+    of_body: &FittedBody,
+    first_body: FirstBody,
+    n_at_rest: usize,
+) -> Option<Matrix2<f64>> {
+    let resting = of_body.times().take(n_at_rest).filter(|at| !at.contributions.is_empty());
+    let n = resting.clone().count();
+    let noise = normal_equations(resting).0 / n as f64;
+    let n_onset = length(of_body, first_body);
+    let onset = normal_equations(of_body.times().take(n_onset)).0;
+    let counts = noise_share(&onset, &(noise * n_onset as f64)).is_some_and(|share| share >= NO_SHARE);
+    (n >= LEAST_AT_REST && counts).then_some(noise)
+}
+
+/// Number of times until the onset is over.
+fn length(of_body: &FittedBody, first_body: FirstBody) -> usize {
+    let end_m = ONSET_SHARE * furthest_m(of_body);
+    match first_body {
+        FirstBody::Free => of_body.times().take_while(|at| motion_m(at) < end_m).count(),
+        FirstBody::Prescribed => of_body.responses.len(),
+    }
+}
+
+fn furthest_m(of_body: &FittedBody) -> f64 {
+    of_body.times().map(|at| motion_m(&at)).fold(0.0, f64::max)
+}
+
+fn motion_m(at: &FittedTime<'_>) -> f64 {
+    at.response.motion_m.abs()
+}
+
 /// A body's slope in terms of its motion X and its velocity, S = alpha X + beta dX/dt, by least squares over the given times; with the
 /// inverse of the normal matrix.
 pub(crate) fn scale_and_delay<'a>(
     of_body: impl Iterator<Item = FittedTime<'a>>,
 ) -> Option<(Vector2<f64>, Matrix2<f64>)> {
+    let (normal, right_side) = normal_equations(of_body);
+    let inverse = normal.try_inverse()?;
+    Some((inverse * right_side, inverse))
+}
+
+/// Normal matrix and right side of these least squares.
+fn normal_equations<'a>(of_body: impl Iterator<Item = FittedTime<'a>>) -> (Matrix2<f64>, Vector2<f64>) {
     let (mut normal, mut right_side) = (Matrix2::zeros(), Vector2::zeros());
     for FittedTime { response, .. } in of_body {
         let columns = scaled_and_delayed(response);
         normal += columns * columns.transpose();
         right_side += columns * response.slope_m;
     }
-    let inverse = normal.try_inverse()?;
-    Some((inverse * right_side, inverse))
+    (normal, right_side)
 }
 
 fn scaled_and_delayed(response: &BodyResponse) -> Vector2<f64> {
@@ -124,8 +235,18 @@ pub(crate) struct Gauge {
 }
 
 impl Gauge {
-    /// What the onset reads; `None` where that is no scale at all: too few samples, or drives all alike.
-    pub(crate) fn from_onset(onset: Onset) -> Option<Self> {
+    /// What the onset reads, and what the stated scatter of the drives says with it (see [`scale_of`]). Nothing where that is no scale at all: too few samples, or
+    /// drives all alike.
+    pub(crate) fn told_by(onset: Onset, drive: &[f64], scatter: Option<f64>) -> OnsetTells<Self> {
+        let untold = if onset.is_noisy { OnsetTells::NothingButNoise } else { OnsetTells::Nothing };
+        let gauge = match scatter {
+            Some(scatter) => Self::from_onset_and_scatter(onset, drive, scatter),
+            None => Self::from_onset(onset),
+        };
+        gauge.map_or(untold, OnsetTells::Of)
+    }
+
+    fn from_onset(onset: Onset) -> Option<Self> {
         let scale = onset.factors[0];
         (0.05..20.0).contains(&scale).then(|| Self {
             scale,
@@ -136,10 +257,9 @@ impl Gauge {
         })
     }
 
-    /// What the onset and the stated scatter of the drives say together (see [`scale_of`]).
-    pub(crate) fn from_onset_and_scatter(onset: Onset, drive: &[f64], scatter: f64) -> Option<Self> {
+    fn from_onset_and_scatter(onset: Onset, drive: &[f64], scatter: f64) -> Option<Self> {
         let scale = scale_of(drive, scatter, onset.scale())?;
-        let Onset { factors, covariance, mut derivatives } = onset;
+        let Onset { factors, covariance, mut derivatives, .. } = onset;
         // Of two quantities with a normal error, one as a function of the other.
         let slope_s = covariance[(0, 1)] / covariance[(0, 0)];
         let rest_s2 = covariance[(1, 1)] - slope_s * covariance[(0, 1)];
@@ -202,11 +322,13 @@ pub(crate) struct ReadingErrors<'a> {
     pub(crate) rest_sigma_m: &'a [f64],
     /// Readings' scatter over what their sigma lets expect.
     pub(crate) scatter_ratio: f64,
+    /// Mean products of the body's motion and velocity by noise alone, at one time, where that counts.
+    pub(crate) noise: Option<Matrix2<f64>>,
 }
 
 impl ReadingErrors<'_> {
     /// Covariance of two sums of slopes with the given gains. The noise of frames is independent, and is that of the frames where
-    /// readings between them are summed up over many; a place at rest is one error for all times.
+    /// readings between them are summed up over many, of those that share a frame together; a place at rest is one error for all times.
     fn covariance_of(&self, onset: &[FittedTime<'_>], gains: &[Vector2<f64>], drive: &[f64]) -> Matrix2<f64> {
         let mut noise = Matrix2::zeros();
         let mut of_rest = vec![Vector2::zeros(); self.rest_sigma_m.len()];
@@ -214,7 +336,7 @@ impl ReadingErrors<'_> {
             for one in *contributions {
                 let by_reading = gain * response.slope_gain(one, drive);
                 let sigma_m = one.read.sigma * self.scatter_ratio;
-                noise += by_reading * by_reading.transpose() * sigma_m.powi(2);
+                noise += by_reading * by_reading.transpose() * (sigma_m.powi(2) * one.n_shared);
                 of_rest[one.recording] += by_reading * self.rest_sigma_m[one.recording];
             }
         }
@@ -237,6 +359,14 @@ impl Exchange {
     pub(crate) fn none(n_recordings: usize) -> Self {
         let n = 2 * n_recordings;
         Self { errors: DMatrix::identity(n, n), delay_error: DVector::zeros(n), scale_sigma: None }
+    }
+
+    /// No exchange where there should be one: a delay by the drive is known as well as triggers were before, whatever the priors of responses make of it.
+    pub(crate) fn untold(drive: &[f64], trigger_prior_s: f64) -> Self {
+        let n = drive.len();
+        let length = drive.iter().map(|s| s * s).sum::<f64>().sqrt().max(f64::MIN_POSITIVE);
+        let delayed = |row: usize| if row < n { 0.0 } else { trigger_prior_s * drive[row - n] / length };
+        Self { delay_error: DVector::from_fn(2 * n, |row, _| delayed(row)), ..Self::none(n) }
     }
 }
 

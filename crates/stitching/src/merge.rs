@@ -3,6 +3,7 @@
 use chainwave_measurement::Observation;
 
 use crate::by_trigger::{averaged_by_trigger, is_contradicted};
+use crate::consistency::{check_shown, check_spans, with_rest};
 use crate::detached::{Part, joined};
 use crate::error::StitchingError;
 use crate::groups::{first_body, tied_groups, without_glimpses};
@@ -16,12 +17,17 @@ use crate::time_base::common_interval_s;
 /// The common time base has the observations' median frame interval, rounded to five digits, and contains t = 0. Recordings that
 /// share no body with the others, or too little of its way to settle where they stand, are joined to them by their trigger: their
 /// motion has the error of their own mean drive and mean trigger. Where no smooth response to the drive tells how trials differ, they are
-/// averaged by their triggers.
+/// averaged by their triggers. A track that does not show its body at rest is left out, with a warning, where other trials show the body.
 ///
 /// # Errors
-/// [`StitchingError`] when there is nothing to merge, an observation contradicts itself, or a body was never at rest.
+/// [`StitchingError`] when there is nothing to merge, an observation contradicts itself or lies at other times than the others, a body was never
+/// at rest, or contradictory recordings leave nothing to average.
 pub fn merge(observations: &[Observation], settings: &Settings) -> Result<Stitched, StitchingError> {
     let interval_s = common_interval_s(observations).ok_or(StitchingError::Empty)?;
+    check_spans(observations, settings.rest_until_s)?;
+    let (resting, left_out) = with_rest(observations, settings.rest_until_s)?;
+    check_shown(observations, &resting, settings.rest_until_s)?;
+    let observations = resting.as_ref();
     let everyone: Vec<usize> = (0..observations.len()).collect();
     let parts = merged_groups(observations, &everyone, settings, interval_s)?;
     let mut settled = Vec::with_capacity(parts.len());
@@ -41,10 +47,12 @@ pub fn merge(observations: &[Observation], settings: &Settings) -> Result<Stitch
     }
     let n_groups = settled.len();
     let stitched = joined(observations, settled, settings, interval_s).ok_or(StitchingError::Empty)?;
-    match is_contradicted(&stitched, n_groups, settings.trigger_prior_s(interval_s)) {
-        true => averaged_by_trigger(observations, settings, interval_s, &stitched),
-        false => Ok(stitched),
-    }
+    let mut stitched = match is_contradicted(&stitched, n_groups, settings.trigger_prior_s(interval_s)) {
+        true => averaged_by_trigger(observations, settings, interval_s, &stitched)?,
+        false => stitched,
+    };
+    stitched.warnings.extend(left_out);
+    Ok(stitched)
 }
 
 /// Merges each group of recordings that share bodies; `places` are the recordings' places among all observations. Only where the stated chain
@@ -86,5 +94,7 @@ pub(crate) fn merge_as_read(
     settings: &Settings,
 ) -> Result<Stitched, StitchingError> {
     let interval_s = common_interval_s(observations).ok_or(StitchingError::Empty)?;
-    Ok(Aligned::of(observations, settings, interval_s)?.ungauged().trimmed()?.stitched()?.0)
+    check_spans(observations, settings.rest_until_s)?;
+    let (resting, _) = with_rest(observations, settings.rest_until_s)?;
+    Ok(Aligned::of(&resting, settings, interval_s)?.ungauged().trimmed()?.stitched()?.0)
 }

@@ -199,7 +199,7 @@ impl AlignmentState<'_> {
     }
 
     /// Index of the first time at which the rest is over. The frames at rest define the places, so their own mean error is zero.
-    fn end_of_rest(&self) -> usize {
+    pub(crate) fn end_of_rest(&self) -> usize {
         self.times_s.partition_point(|time_s| *time_s < self.settings.rest_until_s)
     }
 

@@ -2,37 +2,50 @@
 
 use crate::drive_scatter::contradicted;
 use crate::error::StitchingError;
-use crate::gauge::{Gauge, Onset, ReadingErrors};
+use crate::fitted::smooth_velocities;
+use crate::gauge::{Gauge, Onset, OnsetTells, ReadingErrors, noise_that_counts};
 use crate::rest::Displacement;
 use crate::settings::FirstBody;
-use crate::state::AlignmentState;
+use crate::state::{AlignmentState, Scale};
 
 impl AlignmentState<'_> {
     /// The exchange of drives and offsets that the onset asks for, with the stated scatter where there is one.
-    pub(crate) fn gauge(&self, scatter: Option<f64>) -> Result<Option<Gauge>, StitchingError> {
-        Ok(self.onset()?.and_then(|onset| match scatter {
-            Some(scatter) => Gauge::from_onset_and_scatter(onset, &self.drive, scatter),
-            None => Gauge::from_onset(onset),
-        }))
+    pub(crate) fn gauge(&self, scatter: Option<f64>) -> Result<OnsetTells<Gauge>, StitchingError> {
+        Ok(match self.onset()? {
+            OnsetTells::Of(onset) => Gauge::told_by(onset, &self.drive, scatter),
+            OnsetTells::Nothing => OnsetTells::Nothing,
+            OnsetTells::NothingButNoise => OnsetTells::NothingButNoise,
+        })
     }
 
     /// The onset of the first body that three recordings saw.
-    fn onset(&self) -> Result<Option<Onset>, StitchingError> {
+    fn onset(&self) -> Result<OnsetTells<Onset>, StitchingError> {
         let seen = |row: usize| {
             let of_row = |one: &&Vec<Displacement>| one.iter().any(|displacement| displacement.row == row);
             self.displacements.iter().filter(of_row).count()
         };
-        let Some(row) = (0..self.settings.n_bodies).find(|row| seen(*row) > 2) else { return Ok(None) };
-        let of_body = self.responses_of(row)?;
+        let Some(row) = (0..self.settings.n_bodies).find(|row| seen(*row) > 2) else {
+            return Ok(OnsetTells::Nothing);
+        };
+        let mut of_body = self.responses_of(row)?;
+        // What is prescribed is body 1's motion, and nobody else's.
+        let first_body = if row == 0 { self.settings.first_body } else { FirstBody::Free };
+        // Before the gauge is fixed once velocities are those of single times, whose noise may hide what those of several tell.
+        let mut smoothed = of_body.clone();
+        if self.scale != Scale::True {
+            smooth_velocities(&mut smoothed);
+        }
+        let noise = noise_that_counts(&smoothed, first_body, self.end_of_rest());
+        if noise.is_some() {
+            of_body = smoothed;
+        }
         let of_recording = |displacements: &Vec<Displacement>| {
             let own = displacements.iter().find(|displacement| displacement.row == row);
             own.map_or(0.0, |displacement| displacement.rest_sigma_m)
         };
         let rest_sigma_m: Vec<f64> = self.displacements.iter().map(of_recording).collect();
         let scatter_ratio = self.scatter_ratio(&of_body, |_| true).max(1.0);
-        let errors = ReadingErrors { rest_sigma_m: &rest_sigma_m, scatter_ratio };
-        // What is prescribed is body 1's motion, and nobody else's.
-        let first_body = if row == 0 { self.settings.first_body } else { FirstBody::Free };
+        let errors = ReadingErrors { rest_sigma_m: &rest_sigma_m, scatter_ratio, noise };
         let model = self.settings.stated_responses.get(row);
         Ok(Onset::read((&of_body, first_body), model, &self.drive, &errors, self.frame_interval_s))
     }
@@ -40,7 +53,7 @@ impl AlignmentState<'_> {
     /// The stated scatter of the drives, or else what the reader should know where the first body's onset contradicts it.
     pub(crate) fn stated_scatter(&self) -> Result<(Option<f64>, Option<String>), StitchingError> {
         let Some(stated) = self.settings.drive_scatter else { return Ok((None, None)) };
-        Ok(match self.onset()?.and_then(|onset| contradicted(&self.drive, stated, onset.scale())) {
+        Ok(match self.onset()?.ok().and_then(|onset| contradicted(&self.drive, stated, onset.scale())) {
             None => (Some(stated), None),
             Some(found) => {
                 let contradiction = format!(

@@ -10,7 +10,7 @@ use crate::course::Course;
 use crate::error::StitchingError;
 use crate::fitted::Fitted;
 use crate::fitted_body::FittedBody;
-use crate::gauge::{Exchange, closed_directions};
+use crate::gauge::{Exchange, OnsetTells, closed_directions};
 use crate::modes::AlignmentErrors;
 use crate::normal_equations::{NormalEquations, Prior, Solved};
 use crate::settings::Settings;
@@ -127,28 +127,47 @@ impl<'a> Aligned<'a> {
     pub(crate) fn gauged(mut self) -> Result<Gauged<'a>, StitchingError> {
         let state = &mut self.state;
         let (scatter, contradiction) = state.stated_scatter()?;
-        let (mut last, mut is_short) = (None, false);
+        let (mut last, mut is_short, mut is_untold) = (None, false, false);
         let mut course = Course::from(&state.drive, &state.offsets_s);
         for round in 1..=GAUGE_ROUNDS {
-            let Some(gauge) = state.gauge(scatter)? else { break };
+            let gauge = match state.gauge(scatter)? {
+                OnsetTells::Of(gauge) => gauge,
+                // The exchange before stands, as unsettled as it was; where there is none, what is open is left to the priors.
+                OnsetTells::Nothing => break,
+                // Nor does any before.
+                OnsetTells::NothingButNoise => {
+                    (last, is_untold) = (None, true);
+                    break;
+                }
+            };
+            let before = (state.drive.clone(), state.offsets_s.clone(), state.scale);
             gauge.fix(&mut state.drive, &mut state.offsets_s);
             state.scale = Scale::True;
-            let is_settled = gauge.is_settled() && is_short;
-            last = Some(gauge);
-            if is_settled {
+            if gauge.is_settled() && is_short {
+                last = Some(gauge);
                 self.unsettled = None;
                 self.left = self.left.filter(|_| round > LONG_ROUNDS);
                 break;
             }
-            let Ok(step) = state.align(&state.responses()?) else { break };
-            is_short = step.change < 10.0 * SETTLED || (round > LONG_ROUNDS && step.length < SHORT);
-            self.covariance = step.covariance;
+            let step = state.align(&state.responses()?);
             course.goes_to(&state.drive, &state.offsets_s);
             let (unsettled, left) = state.left(&course, AlignmentPhase::Onset);
             (self.unsettled, self.left) = (Some(unsettled), Some(left));
+            let Ok(step) = step else {
+                // An exchange from which no alignment leads on is none: all stays where the covariance belongs to.
+                (state.drive, state.offsets_s, state.scale) = before;
+                break;
+            };
+            last = Some(gauge);
+            is_short = step.change < 10.0 * SETTLED || (round > LONG_ROUNDS && step.length < SHORT);
+            self.covariance = step.covariance;
         }
         let exchange = match last {
             Some(gauge) => gauge.errors(&state.drive, &self.covariance),
+            None if is_untold => {
+                let prior_s = state.settings.trigger_prior_s(state.frame_interval_s);
+                Exchange::untold(&state.drive, prior_s)
+            }
             None => Exchange::none(state.observations.len()),
         };
         let errors = AlignmentErrors { covariance: self.covariance, exchange, left: self.left };

@@ -2,7 +2,7 @@
 
 use chainwave_measurement::{Estimate, Observation, ReadingError};
 
-use crate::resample::Stencil;
+use crate::resample::Resampling;
 
 /// An error of one body's readings on a common time base: in metres, by recording and time; nothing of a recording without it.
 pub(crate) struct RowError {
@@ -25,17 +25,18 @@ pub(crate) fn on_time_base(
     times_s: &[f64],
 ) -> Vec<RowError> {
     let mut rows: Vec<RowError> = Vec::new();
-    let mut stencils: Vec<Option<Vec<Option<Stencil>>>> = vec![None; observations.len()];
+    let mut resampled: Vec<Option<Resampling<'_>>> = vec![None; observations.len()];
     for track in &error.of_tracks {
         let Some(recording) = observations.iter().position(|one| one.recording == track.recording) else {
             continue;
         };
         let samples: Vec<Option<Estimate>> =
             track.error_m.iter().map(|error_m| Some(Estimate::new(*error_m, 0.0))).collect();
-        let at = |time_s: &f64| Stencil::at(&observations[recording].times_s, time_s + offsets_s[recording]);
-        let of_recording = stencils[recording].get_or_insert_with(|| times_s.iter().map(at).collect());
-        let read = |stencil: &Option<Stencil>| Some(stencil.as_ref()?.read(&samples)?.value);
-        let error_m = of_recording.iter().map(|stencil| read(stencil).unwrap_or(0.0)).collect();
+        let own_s = || times_s.iter().map(|time_s| time_s + offsets_s[recording]);
+        let of_recording =
+            resampled[recording].get_or_insert_with(|| Resampling::at(&observations[recording], own_s()));
+        let read = |i: usize| of_recording.read(i, &samples).map_or(0.0, |read| read.value);
+        let error_m = (0..times_s.len()).map(read).collect();
         let row = track.body - 1;
         let place = rows.iter().position(|one| one.row == row).unwrap_or(rows.len());
         if place == rows.len() {

@@ -21,16 +21,18 @@ pub(crate) fn displacement_from_rest(
     track: &BodyTrack,
     rest_until_s: f64,
 ) -> Result<Displacement, StitchingError> {
-    let no_rest = || StitchingError::NoRest {
-        recording: observation.recording.clone(),
-        body: track.body,
-        rest_until_s,
-    };
-    let origin_m = observation.mean_before_m(track, rest_until_s).ok_or_else(no_rest)?;
+    let origin_m = observation
+        .mean_before_m(track, rest_until_s)
+        .ok_or_else(|| no_rest(observation, track, rest_until_s))?;
     let at_rest = observation.readings_before(track, rest_until_s);
     let n = at_rest.clone().count() as f64;
     let rest_sigma_m = at_rest.map(|reading| reading.sigma.powi(2)).sum::<f64>().sqrt() / n;
     let from_origin = |position: &Estimate| Estimate::new(position.value - origin_m, position.sigma);
     let samples = track.position_m.iter().map(|position| position.as_ref().map(from_origin)).collect();
     Ok(Displacement { row: track.body - 1, samples, rest_sigma_m })
+}
+
+/// That a body was never seen at rest in a recording.
+pub(crate) fn no_rest(observation: &Observation, track: &BodyTrack, rest_until_s: f64) -> StitchingError {
+    StitchingError::NoRest { recording: observation.recording.clone(), body: track.body, rest_until_s }
 }

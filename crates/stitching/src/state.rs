@@ -81,7 +81,8 @@ impl<'a> AlignmentState<'a> {
         {
             for contribution in contributions.iter().filter(|contribution| chosen(contribution)) {
                 let residual = contribution.read.value - response.at(self.drive[contribution.recording]);
-                squares += contribution.weight() * residual.powi(2) / contribution.read.noise_gain;
+                squares += contribution.weight() * contribution.n_shared * residual.powi(2)
+                    / contribution.read.noise_gain;
                 freedom += 1.0 - response.leverage(contribution, &self.drive);
             }
         }

@@ -354,8 +354,8 @@ fn a_lost_body_leaves_a_gap_in_its_trial_only() {
         .zip(&stitched.motion.n_trials)
         .filter(|(before, after)| before != after)
         .count();
-    // 20 frames, and the three on each side that the interpolation needs.
-    assert!((24..=26).contains(&lost), "{lost}");
+    // 20 frames, and at most the three on each side that the interpolation needs.
+    assert!((20..=26).contains(&lost), "{lost}");
     let errors = errors(&experiment, &stitched);
     let inside = errors.iter().filter(|(error, sigma)| error.abs() <= 1.96 * sigma).count();
     assert!(inside as f64 > 0.9 * errors.len() as f64);
@@ -401,9 +401,14 @@ fn contradictions_are_refused() {
     let mut reversed = experiment(1).observations;
     reversed[2].times_s.swap(3, 4);
     assert!(merge(&reversed, &settings).unwrap_err().to_string().contains("view0 trial2"));
-    let mut late = experiment(1).observations;
-    late[0].times_s.iter_mut().for_each(|time| *time += 1.0);
-    assert!(merge(&late, &settings).unwrap_err().to_string().contains("rest"));
+    let late_by = |late_s: f64| {
+        let mut late = experiment(1).observations;
+        late[0].times_s.iter_mut().for_each(|time| *time += late_s);
+        merge(&late, &settings).unwrap_err().to_string()
+    };
+    // By some of its lengths, and by more than recordings of one impact may be apart.
+    assert!(late_by(0.1).contains("rest"), "{}", late_by(0.1));
+    assert!(late_by(1.0).contains("clock"), "{}", late_by(1.0));
 }
 
 fn found_outliers(observations: &[Observation]) -> Vec<String> {

@@ -17,3 +17,5 @@ mod pulses;
 mod robustness;
 #[cfg(test)]
 mod waves;
+#[cfg(test)]
+mod wrong_peaks;
