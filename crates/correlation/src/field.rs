@@ -2,6 +2,7 @@
 
 mod agreement;
 mod consensus;
+mod halves;
 mod island;
 mod known;
 mod overlap;
@@ -20,6 +21,7 @@ use chainwave_measurement::Lost;
 
 use crate::field::agreement::agree_on_shapes;
 use crate::field::consensus::Consensus;
+use crate::field::halves::Halves;
 use crate::field::known::{Known, neighbours};
 use crate::field::pair::{ImagePair, Settled};
 use crate::field::queue::Candidate;
@@ -233,7 +235,8 @@ impl<'a> Growth<'a> {
         self.explain_the_rest();
         let n_threads = NonZero::new(self.workspaces.len()).unwrap_or(NonZero::<usize>::MIN);
         agree_on_shapes(&self.pair, &self.places, self.n_columns, n_threads, &mut self.settled);
-        self.take_off_shape_error(n_threads);
+        let is_mended = self.mend_parted(n_threads);
+        self.take_off_shape_error(&is_mended, n_threads);
         let points = self.places.iter().zip(self.settled).filter_map(|(&[x_px, y_px], settled)| {
             settled.map(|(found, shape)| FieldPoint { x_px, y_px, found, shape })
         });
@@ -241,10 +244,16 @@ impl<'a> Growth<'a> {
         Field { step_px: grid.step_px, half_px: grid.half_px, n_columns: self.n_columns, points }
     }
 
-    fn take_off_shape_error(&mut self, n_threads: NonZero<usize>) {
+    fn mend_parted(&mut self, n_threads: NonZero<usize>) -> Vec<bool> {
         let (pair, places) = (&self.pair, self.places.as_slice());
         let (n_columns, step_px) = (self.n_columns, self.step_px);
-        ShapeError { pair, places, n_columns, step_px, n_threads }.take_off(&mut self.settled);
+        Halves { pair, places, n_columns, step_px, n_threads }.mend(&mut self.settled)
+    }
+
+    fn take_off_shape_error(&mut self, is_mended: &[bool], n_threads: NonZero<usize>) {
+        let (pair, places) = (&self.pair, self.places.as_slice());
+        let (n_columns, step_px) = (self.n_columns, self.step_px);
+        ShapeError { pair, places, n_columns, step_px, is_mended, n_threads }.take_off(&mut self.settled);
     }
 
     /// A point that was not found is lost for its own reason: it has no texture, or lies outside of the picture where the nearest point
@@ -263,9 +272,11 @@ impl<'a> Growth<'a> {
                 }
                 _ => false,
             };
-            let reason = match (reason, nearest) {
-                (Lost::NotConverged | Lost::LowCorrelation, Some(from)) if leaves(from) => Lost::OutOfView,
-                (reason, _) => self.pair.prepare(self.places[point]).err().unwrap_or(reason),
+            // What shows no texture is lost for that, wherever it would be.
+            let reason = match (self.pair.prepare(self.places[point]), reason, nearest) {
+                (Err(reason), ..) => reason,
+                (_, Lost::NotConverged | Lost::LowCorrelation, Some(from)) if leaves(from) => Lost::OutOfView,
+                (_, reason, _) => reason,
             };
             self.settled[point] = Some((Err(reason), shape));
         }

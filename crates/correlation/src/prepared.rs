@@ -38,6 +38,8 @@ pub struct PreparedSubset {
     pub(crate) bias: InterpolationBias,
     /// What it adds to the residual.
     pub(crate) interpolation_energy: InterpolationEnergy,
+    /// Variance that rounding leaves in the difference of two images, in counts squared: a twelfth of the square of a step for each.
+    pub(crate) rounding_variance: f64,
 }
 
 /// Whatever finds a place by the linearised subset does so by the whole one.
@@ -153,6 +155,7 @@ impl PreparedSubset {
             bias: InterpolationBias::new(&correlations, interpolation),
             interpolation_energy: InterpolationEnergy::new(&correlations, noise_energy, interpolation),
             linearised: subset,
+            rounding_variance: 1.0 / 6.0 * image.quantum.powi(2),
         })
     }
 
@@ -162,7 +165,8 @@ impl PreparedSubset {
         // What interpolation and the light do is that of the whole subset, nearly: preparing a part must be quick.
         let interpolation_energy =
             self.interpolation_energy.scaled(linearised.n_used as f64 / self.n_used as f64);
-        Ok(Self { linearised, bias: self.bias, interpolation_energy, light_moments: self.light_moments })
+        let Self { bias, light_moments, rounding_variance, .. } = *self;
+        Ok(Self { linearised, bias, interpolation_energy, light_moments, rounding_variance })
     }
 
     /// Share of the pixels in its middle, half as wide and high, that the match uses, of those within the outline; all where none is.

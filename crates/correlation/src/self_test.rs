@@ -1,6 +1,8 @@
 //! What each rung of the ladder does on the user's own scene: patches of the reference, shifted by known amounts, under
 //! the recording's own noise.
 //!
+//! Subsets without texture take no part: they are lost by every method.
+//!
 //! What the film itself shows beyond shifts (turns, stretches, speed) is tried on its own frames ([`trial`]).
 //!
 //! Patches are shifted as in [`crate::self_test::shift`]. The patch counts as the scene, with the little noise
@@ -13,11 +15,12 @@ mod trial;
 
 use chainwave_measurement::{MemoryRecording, Recording, Region, Subset};
 
+use crate::middle::is_bare_in_middle;
 use crate::reference::gradient::noise_variance;
 use crate::self_test::shift::{Normal, shifted};
 use crate::self_test::trial::{OnFilm, Trial};
 use crate::subset_size::BORDER_PX;
-use crate::{CorrelationError, Method, Reference, ReferenceFrames, Settings};
+use crate::{CorrelationError, Method, PreparedSubset, Reference, ReferenceFrames, Settings};
 
 /// What a rung did in a self-test.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -56,8 +59,9 @@ pub fn self_test(
     reference: &ReferenceFrames,
     settings: &Settings,
 ) -> Result<Vec<RungError>, CorrelationError> {
-    let every = subsets.len().div_ceil(MAX_SUBSETS).max(1);
-    let films: Vec<Film> = subsets
+    let textured = textured(recording, subsets, reference, settings)?;
+    let every = textured.len().div_ceil(MAX_SUBSETS).max(1);
+    let films: Vec<Film> = textured
         .iter()
         .step_by(every)
         .zip(1..)
@@ -66,6 +70,23 @@ pub fn self_test(
     let has_outline = subsets.iter().any(|subset| !subset.outline_px.is_empty());
     let able = methods.iter().filter(|method| !has_outline || method.takes_outlines());
     able.map(|&method| test_one(method, &films, settings)).collect()
+}
+
+/// The subsets that show texture; all where none does. Those without say nothing of a method: each loses them, for that reason.
+fn textured(
+    recording: &dyn Recording,
+    subsets: &[Subset],
+    reference: &ReferenceFrames,
+    settings: &Settings,
+) -> Result<Vec<Subset>, CorrelationError> {
+    let mut textured = Vec::new();
+    for subset in subsets {
+        let prepared = PreparedSubset::new(&Reference::read(recording, subset, reference)?, subset, settings);
+        if prepared.is_ok_and(|prepared| !is_bare_in_middle(&prepared)) {
+            textured.push(subset.clone());
+        }
+    }
+    Ok(if textured.is_empty() { subsets.to_vec() } else { textured })
 }
 
 /// What a rung did on the film itself, against the rung that follows turns, stretches and jumps.
@@ -96,7 +117,8 @@ pub fn film_test(
     if subsets.is_empty() {
         return Ok(Vec::new());
     }
-    let trial = Trial::new(recording, subsets, reference, settings)?;
+    let textured = textured(recording, subsets, reference, settings)?;
+    let trial = Trial::new(recording, &textured, reference, settings)?;
     let of = |&method: &Method| {
         let OnFilm { error_px, n_found, n_lost, .. } = trial.of(method, settings)?;
         Ok(FilmError { method, error_px, n_found, n_lost })
@@ -124,7 +146,8 @@ pub fn cheapest_within(
     let good: Vec<Method> =
         whole().filter(|(_, found_px)| *found_px <= error_px).map(|(rung, _)| rung.method).collect();
     if !good.is_empty() && !subsets.is_empty() {
-        let trial = Trial::new(recording, subsets, reference, settings)?;
+        let textured = textured(recording, subsets, reference, settings)?;
+        let trial = Trial::new(recording, &textured, reference, settings)?;
         for &method in &good {
             if trial.of(method, settings)?.holds(error_px) {
                 return Ok(method);

@@ -21,8 +21,8 @@ pub struct Settings {
     /// What counts as a match.
     pub acceptance: Acceptance,
     /// Share of its first correlation below which a subset has changed so much that it is prepared anew from the frame where
-    /// that is seen: once three frames in a row lie below. From then on the uncertainty of its place there is part of
-    /// every sigma.
+    /// that is seen: once three frames in a row lie below, all of it is matched, and all its parts have changed little by little, as no obstacle
+    /// or shadow makes them. From then on the uncertainty of its place there is part of every sigma, until it is found as it was at first.
     pub renewal_share: f64,
     /// Whether points are followed on surfaces that may bend within a subset: then what the affine shape function leaves is taken off tracks
     /// as far as it is known, and stated. Bodies that turn and stretch as a whole need it not.

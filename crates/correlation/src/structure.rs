@@ -120,7 +120,7 @@ fn dot(a: &[f32], b: &[f32]) -> f32 {
 }
 
 /// Images that span what the given ones do, orthogonal and with squares that add to 1 (modified Gram-Schmidt).
-fn orthonormal(images: Vec<Vec<f32>>) -> Vec<Vec<f32>> {
+pub(crate) fn orthonormal(images: Vec<Vec<f32>>) -> Vec<Vec<f32>> {
     let mut basis: Vec<Vec<f32>> = Vec::new();
     for mut image in images {
         let before = crate::simd::dot(&image, &image);
@@ -139,7 +139,7 @@ fn orthonormal(images: Vec<Vec<f32>>) -> Vec<Vec<f32>> {
 
 impl PreparedSubset {
     /// What a match fits to the target: light, the reference, and its derivatives by the parameters.
-    fn fitted_images(&self) -> Vec<Vec<f32>> {
+    pub(crate) fn fitted_images(&self) -> Vec<Vec<f32>> {
         let n = self.n_pixels();
         let light = [&self.weights[..n], &self.intensity[..n]].map(<[f32]>::to_vec);
         let terms = &TERMS[..self.settings.shape.n_terms()];

@@ -2,6 +2,7 @@
 
 mod alike;
 mod bending;
+mod cells;
 mod continuity;
 pub(crate) mod find;
 mod follower;
@@ -17,7 +18,7 @@ use chainwave_measurement::{Estimate, Lost, Position, Recording, Region, Subset,
 
 use crate::evidence::ShapeTest;
 use crate::track::bending::{AllTold, Told, tell};
-use crate::track::follower::Follower;
+use crate::track::follower::{Follower, Renewal};
 use crate::track::together::without_collisions;
 use crate::track::tracker::{Found, Tracker, track_both_ways};
 use crate::{CorrelationError, Reference, ReferenceFrames, Settings, Shape, ShapeEvidence};
@@ -49,10 +50,7 @@ pub fn track(
 ) -> Result<Vec<Track>, CorrelationError> {
     let mut followers = followers(recording, subsets, reference, settings)?;
     let mut tracks = follow(&mut followers, reference, subsets, settings, progress);
-    widen(&mut tracks, &mut followers);
-    let told = tell_bends(&mut followers, subsets, settings);
-    correct(&mut tracks, &told, Told::with_bend);
-    carry_bends(&mut tracks, &told, &followers, reference.range().start);
+    state_what_frames_tell(&mut tracks, &mut followers, subsets, settings, reference.range().start);
     Ok(without_collisions(tracks, subsets, reference.range().start, settings))
 }
 
@@ -77,10 +75,8 @@ pub fn track_by_evidence(
         follower.shape_test = Some(ShapeTest::new(&reference, subset, &affine));
     }
     let mut tracks = follow(&mut followers, reference, subsets, settings, progress);
-    widen(&mut tracks, &mut followers);
-    let told = tell_bends(&mut followers, subsets, settings);
-    correct(&mut tracks, &told, Told::with_bend);
-    carry_bends(&mut tracks, &told, &followers, reference.range().start);
+    let told =
+        state_what_frames_tell(&mut tracks, &mut followers, subsets, settings, reference.range().start);
     let mut evidence: Vec<ShapeEvidence> = followers
         .iter()
         .filter_map(|follower| follower.shape_test.as_ref())
@@ -134,8 +130,32 @@ pub fn track_from(
     for (frame, position) in follower.settled_late() {
         found[frame] = Ok(position);
     }
-    std::mem::take(&mut follower.alike).widen(&mut found);
-    Ok(found.split_off(first))
+    let mut tracks = [Track { name: subset.name.clone(), positions: found }];
+    state_what_frames_tell(
+        &mut tracks,
+        std::slice::from_mut(&mut follower),
+        std::slice::from_ref(subset),
+        settings,
+        first,
+    );
+    let [Track { mut positions, .. }] = tracks;
+    Ok(positions.split_off(first))
+}
+
+/// What the frames of tracks, which began in frame `first`, tell only together: sigmas of residuals that are alike, and bends, which are told
+/// besides.
+fn state_what_frames_tell(
+    tracks: &mut [Track],
+    followers: &mut [Follower<'_>],
+    subsets: &[Subset],
+    settings: &Settings,
+    first: usize,
+) -> AllTold {
+    widen(tracks, followers);
+    let told = tell_bends(followers, subsets, settings);
+    correct(&mut *tracks, &told, Told::with_bend);
+    carry_bends(tracks, &told, followers, first);
+    told
 }
 
 /// Enlarges sigmas where residuals of neighbouring pixels are alike.
@@ -173,9 +193,12 @@ fn correct<'a>(
 /// A subset that was prepared anew was taken from where the affine match had it: what that lacked, all places behind it lack too.
 fn carry_bends(tracks: &mut [Track], told: &AllTold, followers: &[Follower<'_>], first: usize) {
     for ((track, told), follower) in tracks.iter_mut().zip(told).zip(followers) {
-        for &renewed in &follower.renewed_in {
+        for &Renewal { frame: renewed, until } in &follower.renewals {
             let Some(lacked) = told.get(renewed) else { continue };
-            let is_behind = |frame: usize| if renewed > first { frame > renewed } else { frame < renewed };
+            let is_behind = |frame: usize| match renewed > first {
+                true => frame > renewed && until.is_none_or(|until| frame < until),
+                false => frame < renewed && until.is_none_or(|until| frame > until),
+            };
             for (_, position) in track.positions.iter_mut().enumerate().filter(|(frame, _)| is_behind(*frame))
             {
                 let Ok(Position { x_px, y_px, .. }) = position else { continue };

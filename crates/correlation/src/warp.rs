@@ -29,17 +29,17 @@ impl Warp {
     /// The gradient that follows two others where each step deforms as the one before: of the deformations F and G that is `G F^-1 G`.
     /// `None` where F folds.
     pub(crate) fn gradient_after(before: &[f64; 4], newest: &[f64; 4]) -> Option<[f64; 4]> {
-        let linear = |[xx, xy, yx, yy]: &[f64; 4]| [1.0 + xx, *xy, *yx, 1.0 + yy];
-        let times = |left: [f64; 4], right: [f64; 4]| {
-            let entry =
-                |row: usize, column: usize| left[row] * right[column] + left[row + 1] * right[column + 2];
-            [entry(0, 0), entry(0, 1), entry(2, 0), entry(2, 1)]
-        };
         let (newest, before) = (linear(newest), linear(before));
         let determinant = before[0] * before[3] - before[1] * before[2];
         let inverse = [before[3], -before[1], -before[2], before[0]].map(|entry| entry / determinant);
         let [xx, xy, yx, yy] = times(times(newest, inverse), newest);
         (determinant > 0.1).then_some([xx - 1.0, xy, yx, yy - 1.0])
+    }
+
+    /// The same of a subset that was deformed by a gradient before.
+    pub(crate) fn after_gradient(&self, before: &[f64; 4]) -> Self {
+        let [xx, xy, yx, yy] = times(linear(&self.gradient), linear(before));
+        Self { gradient: [xx - 1.0, xy, yx, yy - 1.0], ..*self }
     }
 
     /// The same, then turned about its centre by an angle in radians.
@@ -172,6 +172,17 @@ impl Warp {
             curvature: [u[3], u[4], u[5], v[3], v[4], v[5]],
         })
     }
+}
+
+/// The deformation of a displacement gradient.
+fn linear([xx, xy, yx, yy]: &[f64; 4]) -> [f64; 4] {
+    [1.0 + xx, *xy, *yx, 1.0 + yy]
+}
+
+/// The product of two matrices of two rows.
+fn times(left: [f64; 4], right: [f64; 4]) -> [f64; 4] {
+    let entry = |row: usize, column: usize| left[row] * right[column] + left[row + 1] * right[column + 2];
+    [entry(0, 0), entry(0, 1), entry(2, 0), entry(2, 1)]
 }
 
 /// The displacement gradient of a rotation from x towards y.

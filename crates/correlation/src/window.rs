@@ -66,7 +66,9 @@ impl Window {
         }
         let mut window = Self::empty(interpolation);
         window.full_scale = full_scale as f32;
-        window.level = pixels.get(pixels.len() / 2).copied().unwrap_or(0.0);
+        let middle = pixels.get(pixels.len() / 2).filter(|pixel| pixel.is_finite());
+        window.level =
+            middle.or_else(|| pixels.iter().find(|pixel| pixel.is_finite())).copied().unwrap_or(0.0);
         window.start(region, [0; 2]).copy_from_slice(pixels);
         window.finish();
         Ok(window)
@@ -278,6 +280,20 @@ mod tests {
             let error = (value(&local, [at, at]) - value(&all, [at, at])).abs();
             // The mirrored wave of 300 counts has a kink whose effect is below 8e-4 of them.
             assert!(error < 0.24, "{interpolation}: {error} counts");
+        }
+    }
+
+    #[test]
+    fn a_pixel_that_is_no_number_spoils_no_others() {
+        let whole = Region::whole(21, 21);
+        for bad in [f32::NAN, f32::INFINITY] {
+            let mut pixels = image(whole, wavy);
+            let middle = pixels.len() / 2;
+            pixels[middle] = bad;
+            let window = Window::new(whole, &pixels, Interpolation::Cubic).unwrap();
+            let error = (value(&window, [5.0, 5.0]) - wavy(5.0, 5.0)).abs();
+            // The pixel that stands in for it rings by 0.27 of each pixel's: of a thousand counts, over seven columns and rows.
+            assert!(error < 2.5, "{bad}: {error}");
         }
     }
 

@@ -5,7 +5,7 @@
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 #![expect(clippy::print_stdout, reason = "what each case gave is a table to be read")]
 
-use chainwave_correlation::{Method, ReferenceFrames, Settings};
+use chainwave_correlation::{Method, ReferenceFrames, Settings, track, track_from};
 use chainwave_measurement::{MemoryRecording, Subset};
 use chainwave_synthetic::pictures::{Deformation, Surface, Texture, counts, picture_by_spots};
 
@@ -151,6 +151,24 @@ fn what_is_told_as_rigid_is_stated_as_it_was() {
         Deformation::Affine { gradient, centre_px: MIDDLE_PX, shift_px: [1.3 * share, 0.0] }
     };
     assert_both_sides("turned", &[Film::new(turned, 1), Film::new(turned, 2)], 0.01, AFFINE);
+}
+
+/// What a reader of the pictures has followed from a place is told as what is followed from the reference.
+#[test]
+fn a_track_from_a_place_has_its_bends_taken_off_too() {
+    let film = Film::wave(100.0, 5);
+    let frame = |(number, tones): (u64, &ndarray::Array2<f64>)| {
+        counts(tones, 12, 0.005, film.seed, number).unwrap().into_raw_vec_and_offset().0
+    };
+    let recording = MemoryRecording::new(SIDE_PX, 12, (0..).zip(&film.tones).map(frame).collect());
+    let first = ReferenceFrames::Single(0);
+    let settings = Settings { surfaces_bend: true, ..Settings::default() };
+    for subset in &film.subsets[7..12] {
+        let tracks = track(&recording, std::slice::from_ref(subset), &first, &settings, &|_| ()).unwrap();
+        let place_px = [subset.x_px, subset.y_px];
+        let from = track_from(&recording, subset, &first, &settings, 0..N_FRAMES, place_px).unwrap();
+        assert_eq!(tracks[0].positions, from);
+    }
 }
 
 /// The table of docs/src/measured/correlation.md; FILMS says of how many films.

@@ -145,3 +145,24 @@ fn the_simplest_shape_function_is_rejected_as_often_as_the_level_says_and_a_stra
         assert!(translation <= 0.0 && quadratic < most, "{noise}: {translation} {affine} {quadratic}");
     }
 }
+
+/// Ground without light along the rim of the picture has no texture, wherever it would have gone.
+#[test]
+fn black_ground_at_the_rim_has_no_texture() {
+    let speckle = Speckle::new(9, Speckle::RADIUS_PX);
+    let picture = |shift_px: f64, seed: u64| {
+        let mut image = speckle.render(|[x, y]| [x + shift_px, y]);
+        for (i, grey) in image.iter_mut().enumerate() {
+            let [x, y] = [i % SIZE[0], i / SIZE[0]];
+            if !((90..330).contains(&x) && (90..330).contains(&y)) {
+                *grey = 30.0;
+            }
+        }
+        sense(&image, 0.005, seed)
+    };
+    let field = field(&picture(0.0, 1), &picture(0.4, 2), 12, AFFINE, 1);
+    let n_lost = |reason: Lost| field.points.iter().filter(|point| point.found == Err(reason)).count();
+    let n_found = field.points.iter().filter(|point| point.found.is_ok()).count();
+    assert!(n_found > 200 && n_lost(Lost::NoTexture) > 200, "{n_found}");
+    assert_eq!(n_lost(Lost::OutOfView), 0);
+}

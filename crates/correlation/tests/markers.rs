@@ -51,10 +51,8 @@ impl Default for Stage {
 }
 
 impl Stage {
-    /// The recording, and where its bodies are.
-    fn film(&self) -> (MemoryRecording, Vec<[f64; 2]>) {
-        let metres = |px: f64| px / SCALE_PX_PER_M;
-        let camera = Camera {
+    fn camera(&self) -> Camera {
+        Camera {
             width_px: self.size_px[0],
             height_px: self.size_px[1],
             rate_hz: 25_000.0,
@@ -81,7 +79,13 @@ impl Stage {
             }),
             lighting: None,
             effects: Effects::default(),
-        };
+        }
+    }
+
+    /// The recording, and where its bodies are.
+    fn film(&self) -> (MemoryRecording, Vec<[f64; 2]>) {
+        let metres = |px: f64| px / SCALE_PX_PER_M;
+        let camera = self.camera();
         let below_axis_m = if self.rods { vec![-7e-3, 7e-3] } else { Vec::new() };
         let specimen = Specimen {
             n_bodies: N_BODIES,

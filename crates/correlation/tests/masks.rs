@@ -254,3 +254,74 @@ fn a_subset_is_the_same_whatever_its_thread_prepared_before() {
     });
     assert_eq!(alone, after);
 }
+
+/// What saturates is left out where the match is, and not where it began.
+#[test]
+fn a_match_far_from_its_start_leaves_out_what_saturates_there() {
+    let speckle = Speckle::new(41, Speckle::RADIUS_PX);
+    let whole = Region::whole(SIZE[0], SIZE[1]);
+    let shift = [2.37, -1.62];
+    let dim = |light: f64, shift: [f64; 2]| -> Vec<f64> {
+        let image = speckle.render(|[x, y]| [x + shift[0], y + shift[1]]);
+        image.into_iter().map(|grey| light * grey).collect()
+    };
+    let reference = reference(&sense(&dim(0.8, [0.0; 2]), 0.005, 1));
+    // The brightest speckles are clipped.
+    let target = sense(&dim(1.5, shift), 0.005, 2);
+    let settings = Settings::default();
+    let window = Window::saturating_at(whole, &target, settings.interpolation, FULL_RANGE).unwrap();
+    let mut workspace = Workspace::default();
+    let (mut n, mut largest) = (0, 0.0_f64);
+    for [x, y] in centres() {
+        let prepared = PreparedSubset::new(&reference, &subset(x, y, 16), &settings).unwrap();
+        let mut found =
+            |off: f64| prepared.match_in(&window, [x + shift[0] + off, y + shift[1]], &mut workspace).ok();
+        let (Some(near), Some(far)) = (found(0.0), found(2.0)) else { continue };
+        if near.is_whole {
+            continue;
+        }
+        let off = (near.position.x_px.value - far.position.x_px.value).abs() / near.position.x_px.sigma;
+        n += 1;
+        largest = largest.max(off);
+    }
+    println!("{n} {largest}");
+    assert!(n > 20, "{n}");
+    // The same pixels but for those that rounding of their places leaves in or out.
+    assert!(largest < 0.5, "{largest} sigmas");
+}
+
+/// A picture that is scaled to 0..1 is the same picture.
+#[test]
+fn pictures_scaled_to_one_show_obstacles_and_ground_as_well() {
+    let speckle = Speckle::new(42, Speckle::RADIUS_PX);
+    let still = sense(&markers(&speckle, 41.0, 30.0, [0.0; 2]), 0.005, 1);
+    let mut moved = sense(&markers(&speckle, 41.0, 30.0, [0.3, 0.0]), 0.005, 2);
+    for row in moved.chunks_exact_mut(SIZE[0]) {
+        // A rod over each marker.
+        (35..390).step_by(58).for_each(|x| row[x + 4..x + 10].fill(1800.0));
+    }
+    let whole = Region::whole(SIZE[0], SIZE[1]);
+    let settings = Settings::default();
+    let found = |scale: f32| {
+        let scaled = |image: &[f32]| image.iter().map(|grey| scale * grey).collect::<Vec<_>>();
+        let reference = Reference::new(whole, scaled(&still), 1).unwrap();
+        let window = Window::new(whole, &scaled(&moved), settings.interpolation).unwrap();
+        let mut workspace = Workspace::default();
+        let one = |[x, y]: [f64; 2]| {
+            let prepared = PreparedSubset::new(&reference, &subset(x, y, 18), &settings).unwrap();
+            (prepared.n_used(), prepared.match_in(&window, [x, y], &mut workspace).unwrap())
+        };
+        centres().map(one).collect::<Vec<_>>()
+    };
+    let mut n_covered = 0;
+    let (of_counts, of_one) = (found(1.0), found((FULL_RANGE as f32).recip()));
+    for ((n_used, a), (n_scaled, b)) in of_counts.into_iter().zip(of_one) {
+        let [a_px, b_px] = [a, b].map(|found| found.position.x_px);
+        assert_eq!(a.is_whole, b.is_whole);
+        n_covered += u32::from(!a.is_whole);
+        // Ground of which some pixels' noise is near the bound may be a pixel more or less.
+        assert!(n_used.abs_diff(n_scaled) <= 40, "{n_used} {n_scaled}");
+        assert!((a_px.value - b_px.value).abs() < a_px.sigma, "{a_px:?} {b_px:?}");
+    }
+    assert!(n_covered > 40, "the rods are seen: {n_covered}");
+}

@@ -227,3 +227,30 @@ fn what_loses_turned_bodies_is_told_on_the_film() {
     // the kernel's error, foreseen and taken off but for a seventh of its tens of millipixels
     assert!(found[1].error_px.unwrap() < 0.02, "{found:?}");
 }
+
+/// A subset without texture is lost by every method, and one that is hidden for most of a film in most of it: neither tells one from another.
+#[test]
+fn an_accuracy_is_found_where_some_subsets_are_bare_or_hidden() {
+    let speckle = Speckle::new(23, Speckle::RADIUS_PX);
+    let film = |covers: &dyn Fn(usize, [usize; 2]) -> Option<f64>| {
+        let frame = |k: usize| {
+            let mut image = speckle.render(|[x, y]| [x + 0.21 * k as f64, y]);
+            for (i, grey) in image.iter_mut().enumerate() {
+                *grey = covers(k, [i % SIZE[0], i / SIZE[0]]).unwrap_or(0.7 * *grey);
+            }
+            sense(&image, 0.005, 60 + k as u64)
+        };
+        recorded((0..30).map(frame).collect())
+    };
+    let bare = film(&|_, [x, _]| (x > 250).then_some(60.0));
+    let hidden =
+        film(&|k, [x, y]| (k > 10 && (60..360).contains(&x) && (80..320).contains(&y)).then_some(1500.0));
+    let of_bare = [subset(80.0, 200.0, 16), subset(180.0, 200.0, 16), subset(330.0, 200.0, 16)];
+    let of_hidden = [subset(150.0, 200.0, 16), subset(250.0, 200.0, 16)];
+    for (film, subsets) in [(bare, of_bare.as_slice()), (hidden, of_hidden.as_slice())] {
+        let chosen =
+            cheapest_within(0.05, &all_affine(), &film, subsets, &FIRST, &Settings::default()).unwrap();
+        let rungs = self_test(&[chosen], &film, subsets, &FIRST, &Settings::default()).unwrap();
+        assert!(rungs[0].n_lost == 0 && rungs[0].error_px.unwrap() < 0.05, "{rungs:?}");
+    }
+}

@@ -15,10 +15,13 @@
 //! 5. Beside a crack, or the edge of another body, neighbours move otherwise, and a polynomial through them says nothing. A subset that
 //!    does not lie across it shows that: what its shape function leaves within it would stand in its residuals ([`seen`]). No more than these
 //!    allow is taken off or stated, and neighbours that depart by more are left out.
+//! 6. Where something runs through a subset nearby, what the polynomial makes of the point's own must stand in its residuals too
+//!    ([`borne_out`]). Where they refute it, its neighbours are no guides: nothing is taken off, and what is stated is what other points nearby tell.
 //!
 //! So sigma holds the errors on both sides: b is no noise, and a sigma that grew by it instead would be too wide where b is known.
 
 pub(super) mod bend;
+mod borne_out;
 pub(super) mod grid;
 mod local_fit;
 mod seen;
@@ -30,6 +33,7 @@ use chainwave_measurement::{Estimate, map_in_parallel};
 use crate::Shape;
 use crate::field::pair::{ImagePair, Settled};
 use crate::field::shape_error::bend::where_it_bends;
+use crate::field::shape_error::borne_out::is_refuted;
 use crate::field::shape_error::grid::{Grid, Reading};
 use crate::field::shape_error::local_fit::{LEAST_FOR_FOURTH, LocalError, Neighbour, local_error};
 use crate::field::shape_error::seen::Residuals;
@@ -53,6 +57,8 @@ pub(crate) struct ShapeError<'a> {
     pub(crate) places: &'a [[f64; 2]],
     pub(crate) n_columns: usize,
     pub(crate) step_px: f64,
+    /// Points through whose subsets something runs ([`crate::field::halves`]): their places are those of a half, or of none.
+    pub(crate) is_mended: &'a [bool],
     pub(crate) n_threads: NonZero<usize>,
 }
 
@@ -79,7 +85,7 @@ impl ShapeError<'_> {
         };
         let responses = self.responses(settled, bent.iter().flat_map(around));
         let found = map_in_parallel(bent.len(), self.n_threads, |i| {
-            self.error_at(bent[i], &around(&bent[i]), &readings, &responses)
+            self.error_at(bent[i], settled, &around(&bent[i]), &readings, &responses)
         });
         let mut errors: Vec<Option<[LocalError; 2]>> = vec![None; self.places.len()];
         bent.iter().zip(found).for_each(|(&point, found)| errors[point] = found);
@@ -123,8 +129,8 @@ impl ShapeError<'_> {
     }
 
     fn readings(&self, settled: &[Option<Settled>], residuals: &Residuals) -> Vec<Option<Reading>> {
-        let reading = |(settled, place): (&Option<Settled>, &[f64; 2])| {
-            let Some((Ok(found), shape)) = settled else { return None };
+        let reading = |((settled, place), is_mended): ((&Option<Settled>, &[f64; 2]), &bool)| {
+            let (Some((Ok(found), shape)), false) = (settled, is_mended) else { return None };
             let [x, y] = [found.position.x_px, found.position.y_px];
             Some(Reading {
                 u_px: [x.value - place[0], y.value - place[1]],
@@ -136,7 +142,7 @@ impl ShapeError<'_> {
                 leaves_noise_alone: residuals.are_noise_alone(found),
             })
         };
-        settled.iter().zip(self.places).map(reading).collect()
+        settled.iter().zip(self.places).zip(self.is_mended).map(reading).collect()
     }
 
     /// How the matches of some points answer to displacements within their subsets.
@@ -167,6 +173,7 @@ impl ShapeError<'_> {
     fn error_at(
         &self,
         point: usize,
+        settled: &[Option<Settled>],
         around: &[usize],
         readings: &[Option<Reading>],
         responses: &[Option<Response>],
@@ -193,7 +200,13 @@ impl ShapeError<'_> {
             .iter()
             .position(|neighbour| neighbour.offset_px.iter().all(|offset| offset.abs() < 0.5));
         let reach_px = 2.0 * self.stride(shape) as f64 * self.step_px;
-        local_error(&neighbours, own?, reach_px, self.side_px())
+        let (errors, polynomial) = local_error(&neighbours, own?, reach_px, self.side_px())?;
+        let Some((Ok(found), _)) = &settled[point] else { return None };
+        if !around.iter().any(|&other| self.is_mended[other]) {
+            return Some(errors);
+        }
+        let subset = self.pair.prepare_with(centre, shape).ok()?;
+        (!is_refuted(&polynomial, &subset, self.pair.target, found)).then_some(errors)
     }
 }
 

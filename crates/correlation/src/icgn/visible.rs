@@ -7,6 +7,7 @@
 
 use chainwave_measurement::{Lost, centre_and_scatter};
 
+use crate::icgn::distance_px;
 use crate::icgn::outcome::{Match, Stop};
 use crate::reference::mask::{INVALID_MARGIN_PX, dilated};
 use crate::simd::dot;
@@ -23,6 +24,8 @@ const SUSPICIOUS_RATIO: f64 = 6.0;
 const OUTLIER_SIGMAS: f64 = 4.0;
 /// Share of full scale from which on a pixel of the reference may saturate in a frame.
 const NEARLY_FULL: f64 = 0.9;
+/// Pixels from its start beyond which a match is made once more without what saturates where it is: the margin of what is left out covers less.
+const FLAGGED_PX: f64 = 1.0;
 /// Times that outliers are looked for: the first ones distort the gain by which the next are found.
 const ROUNDS: usize = 4;
 
@@ -34,10 +37,29 @@ impl PreparedSubset {
         start: Warp,
         workspace: &mut Workspace,
     ) -> Result<Match, Stop> {
-        let Some(hidden) = self.hidden_by_flags(window, &start) else {
-            return self.solve_around_obstacles(window, start, workspace);
-        };
-        let part = self.only(&self.without(&hidden)).map_err(Stop::Lost)?;
+        let hidden = self.hidden_by_flags(window, &start);
+        let found = self.solve_without(hidden.as_deref(), window, start, workspace)?;
+        if distance_px(&found.warp(), &start) <= FLAGGED_PX {
+            return Ok(found);
+        }
+        // What saturates was left out as if the subset lay at the start.
+        let hidden_there = self.hidden_by_flags(window, &found.warp());
+        if hidden_there == hidden {
+            return Ok(found);
+        }
+        self.solve_without(hidden_there.as_deref(), window, found.warp(), workspace)
+    }
+
+    /// The match without some of the pixels.
+    fn solve_without(
+        &self,
+        hidden: Option<&[bool]>,
+        window: &Window,
+        start: Warp,
+        workspace: &mut Workspace,
+    ) -> Result<Match, Stop> {
+        let Some(hidden) = hidden else { return self.solve_around_obstacles(window, start, workspace) };
+        let part = self.only(&self.without(hidden)).map_err(Stop::Lost)?;
         part.solve_around_obstacles(window, start, workspace).map(in_part)
     }
 
@@ -166,8 +188,7 @@ pub(crate) fn noise_ratio(subset: &PreparedSubset, residual: &Residual) -> f64 {
     let noise = subset.noise_variance * (subset.n_averaged + 1.0);
     let of_interpolation = residual.of_interpolation.energy / degrees_of_freedom;
     let explained = residual.gain.powi(2) * noise + residual.gain_of_scene().powi(2) * of_interpolation;
-    // rounding to counts leaves a twelfth in each image
-    residual.sum_of_squares / degrees_of_freedom / (explained + 1.0 / 6.0)
+    residual.sum_of_squares / degrees_of_freedom / (explained + subset.rounding_variance)
 }
 
 /// Variance over that of the noise up to which residuals may be noise: of light that is dimmer than the reference's, shot

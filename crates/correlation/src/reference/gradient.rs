@@ -72,7 +72,7 @@ impl Gradients {
         let (plain, smooth) =
             (GradientFilter::new(PI).apply(reference, whole), filter.apply(reference, whole));
         let fourth = fourth_differences(reference, whole);
-        let usable = usable_pixels(whole, &reference.pixels, &reference.invalid, &fourth);
+        let usable = usable_pixels(whole, reference, &fourth);
         Self { plain, smooth, filter, fourth, usable }
     }
 }

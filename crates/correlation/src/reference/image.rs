@@ -15,7 +15,12 @@ pub(crate) struct ReferenceImage {
     pub(crate) invalid: Vec<bool>,
     /// Mean of the pixels, in counts.
     pub(crate) level: f64,
+    /// What pixels were rounded to: a count, or where none is above 1, as in a picture scaled to 0..1, what of it 8 bits tell.
+    pub(crate) quantum: f64,
 }
+
+/// The step of 8 bits, the coarsest of pictures, scaled to 0..1.
+const SCALED_QUANTUM: f64 = 1.0 / 255.0;
 
 impl ReferenceImage {
     /// The pixels of a region, which they fill; one that is no number takes the level of the others, so that filters do not spread it.
@@ -25,7 +30,8 @@ impl ReferenceImage {
         let sum: f64 = pixels.iter().filter(|pixel| pixel.is_finite()).map(|&pixel| f64::from(pixel)).sum();
         let level = sum / n_valid as f64;
         pixels.iter_mut().filter(|pixel| !pixel.is_finite()).for_each(|pixel| *pixel = level as f32);
-        Self { region, pixels, n_averaged: n_averaged.max(1), invalid, level }
+        let quantum = if pixels.iter().any(|&pixel| pixel > 1.0) { 1.0 } else { SCALED_QUANTUM };
+        Self { region, pixels, n_averaged: n_averaged.max(1), invalid, level, quantum }
     }
 
     /// Copies the pixels of the row `y` from the column `x` on, mirrored beyond the edges, less a level.

@@ -10,6 +10,8 @@
 
 use chainwave_measurement::Region;
 
+use crate::reference::image::ReferenceImage;
+
 /// Columns and rows of a square of ground.
 const GROUND_PX: usize = 11;
 /// Share of the light below which a square may be ground. Speckles that overlap at random leave no such square.
@@ -17,7 +19,7 @@ const DARK_SHARE: f64 = 0.2;
 /// Variance over that of the noise up to which a square has no texture. The noise is estimated from the square's own
 /// fourth differences, to about a third: some 17 of them are independent.
 const FLAT_RATIO: f64 = 2.0;
-/// Variance that rounding to counts leaves, and once more for a level between two counts.
+/// Variance that rounding leaves, and once more for a level between two counts, in squares of what is rounded to.
 const ROUNDING_VARIANCE: f64 = 0.5;
 /// Pixels next to ground that go with it. An edge rings through the prefilter by the power of its pole, 0.5 for the cubic
 /// MOMS: at 3, 4 and 5 px from the edges of a marker of 29 px, the bias is 2.3, 1.0 and 0.24 mpx peak to peak, and the
@@ -28,22 +30,18 @@ pub(crate) const INVALID_MARGIN_PX: usize = 2;
 
 /// 1 for each pixel that is used and 0 for each that is not, row by row; `None` where all are used. `fourth` are the
 /// fourth differences of the pixels along both axes ([`crate::reference::gradient`]).
-pub(crate) fn usable_pixels(
-    region: Region,
-    pixels: &[f32],
-    invalid: &[bool],
-    fourth: &[f32],
-) -> Option<Vec<f32>> {
-    let near_invalid = dilated(region.width, invalid, INVALID_MARGIN_PX);
-    let near_ground =
-        dilated(region.width, &ground(region, pixels, invalid, fourth), GROUND_PX / 2 + GROUND_MARGIN_PX);
+pub(crate) fn usable_pixels(region: Region, image: &ReferenceImage, fourth: &[f32]) -> Option<Vec<f32>> {
+    let near_invalid = dilated(region.width, &image.invalid, INVALID_MARGIN_PX);
+    let near_ground = dilated(region.width, &ground(region, image, fourth), GROUND_PX / 2 + GROUND_MARGIN_PX);
     let left_out: Vec<bool> = near_invalid.iter().zip(&near_ground).map(|(a, b)| *a || *b).collect();
     let weights = || left_out.iter().map(|&out| if out { 0.0 } else { 1.0 }).collect();
     left_out.contains(&true).then(weights)
 }
 
 /// Whether each pixel is the centre of a square of ground.
-fn ground(region: Region, pixels: &[f32], invalid: &[bool], fourth: &[f32]) -> Vec<bool> {
+fn ground(region: Region, image: &ReferenceImage, fourth: &[f32]) -> Vec<bool> {
+    let ReferenceImage { pixels, invalid, quantum, .. } = image;
+    let rounding = ROUNDING_VARIANCE * quantum * quantum;
     let valid = pixels.iter().zip(invalid).filter(|(_, invalid)| !**invalid);
     let add = |[sum, square]: [f64; 2], value: f64| [sum + value, square + value * value];
     let [sum, square] = valid.map(|(&pixel, _)| f64::from(pixel)).fold([0.0; 2], add);
@@ -65,7 +63,7 @@ fn ground(region: Region, pixels: &[f32], invalid: &[bool], fourth: &[f32]) -> V
         let line = line[GROUND_PX / 2..].iter_mut();
         for (is_ground, ((sum, square), noise)) in line.zip(sums.iter().zip(squares).zip(noise)) {
             let (mean, variance) = (sum / n, (square - sum * sum / n) / n);
-            let flat = variance <= FLAT_RATIO * noise / n + ROUNDING_VARIANCE;
+            let flat = variance <= FLAT_RATIO * noise / n + rounding;
             *is_ground = flat & (mean < dark);
         }
     }

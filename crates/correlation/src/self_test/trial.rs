@@ -128,16 +128,16 @@ pub(crate) struct OnFilm {
     pub(crate) n_found: u32,
     /// Those that the other has alone.
     pub(crate) n_lost: u32,
-    /// Those in the view that not even the other has.
+    /// Those in the view that not even the other has: hidden ones, for one.
     n_by_none: u32,
 }
 
 impl OnFilm {
-    /// Whether it finds all that is there to be found, which is most of what is in the view, nowhere farther off than an error and the noise
-    /// allow. A film without a reading outside of its reference says nothing against it.
+    /// Whether it finds all that is there to be found, nowhere farther off than an error and the noise allow. What neither finds says nothing
+    /// against it, however much of a film a body is hidden in, unless that is all there is; nor does a film without a reading outside of its
+    /// reference.
     pub(crate) fn holds(&self, error_px: f64) -> bool {
-        let n_seen = self.n_found + self.n_by_none;
-        let most = n_seen == 0 || self.n_found > 2 * self.n_by_none;
-        self.n_lost == 0 && most && self.error_px.is_none_or(|found_px| found_px <= error_px)
+        let shows_any = self.n_found > 0 || self.n_by_none == 0;
+        self.n_lost == 0 && shows_any && self.error_px.is_none_or(|found_px| found_px <= error_px)
     }
 }

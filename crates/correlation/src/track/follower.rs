@@ -12,6 +12,7 @@ use crate::search::rivals::Seen;
 use crate::structure::Structure;
 use crate::track::alike::{self, Alike};
 use crate::track::bending::Bend;
+use crate::track::cells::Cells;
 use crate::track::continuity::Continuity;
 use crate::track::find::{Locate, Quest};
 use crate::track::matcher::{Matcher, window_around};
@@ -31,7 +32,7 @@ pub(crate) struct Follower<'a> {
     continuity: Continuity,
     decay: Decay,
     /// The target as it was prepared first, once it has been prepared anew.
-    original: Option<Target>,
+    original: Option<Original>,
     /// Why the subset was lost in the last frame that it was searched in.
     reason: Lost,
     /// Tests whether the affine shape function is needed, and enough.
@@ -42,8 +43,27 @@ pub(crate) struct Follower<'a> {
     pub(crate) alike: Alike,
     /// Whether it was expected elsewhere than in the reference from the beginning.
     starts_elsewhere: bool,
-    /// Frames from which the subset was prepared anew.
-    pub(crate) renewed_in: Vec<usize>,
+    /// The times that the subset was prepared anew.
+    pub(crate) renewals: Vec<Renewal>,
+}
+
+/// A time that a subset was prepared anew.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Renewal {
+    /// The frame that it was prepared from.
+    pub(crate) frame: usize,
+    /// The frame in which the subset was found again as it was at first.
+    pub(crate) until: Option<usize>,
+}
+
+/// What a subset was before it was prepared anew: found again, its places owe nothing to those since.
+struct Original {
+    target: Target,
+    decay: Decay,
+    /// How it was deformed where it was prepared anew last.
+    gradient: [f64; 4],
+    /// The frame of that.
+    frame: usize,
 }
 
 /// A place that is nearer to a subset's own than this is that.
@@ -52,6 +72,9 @@ const OWN_PLACE_PX: f64 = 1.0;
 const INTERPOLATED: f64 = 0.02;
 /// What the whole subset leaves over what its match left, beyond which a part of it was hidden then.
 const HIDDEN: f64 = 2.0;
+
+/// Frames from one to the next in which a subset that was prepared anew is looked for as it was at first.
+const RETURNING: usize = 16;
 
 /// What is looked for, and what its matches are held against.
 struct Target {
@@ -102,7 +125,7 @@ impl<'a> Follower<'a> {
             decay: Decay::default(),
             alike: Alike::default(),
             starts_elsewhere: false,
-            renewed_in: Vec::new(),
+            renewals: Vec::new(),
             original: None,
             reason: Lost::LowCorrelation,
             shape_test: None,
@@ -113,9 +136,13 @@ impl<'a> Follower<'a> {
     /// Goes back to where the subset was at the start, to follow it the other way.
     pub(crate) fn restart(&mut self, found: &Found) {
         if let Some(original) = self.original.take() {
-            self.target = Ok(original);
+            self.target = Ok(original.target);
         }
         self.decay = Decay::default();
+        let end = self.n_frames();
+        for renewal in self.renewals.iter_mut().filter(|renewal| renewal.until.is_none()) {
+            renewal.until = Some(end);
+        }
         let position = match (found, &mut self.target) {
             (Ok(position), _) => [position.x_px.value, position.y_px.value],
             (_, Ok(target)) => target.subset.centre_px,
@@ -145,7 +172,11 @@ impl<'a> Follower<'a> {
 
     /// The subset's position in the next frame of its way.
     pub(crate) fn locate(&mut self, frame: usize) -> Found {
-        match self.find(frame) {
+        let found = match self.find_as_at_first(frame) {
+            Some(found) => Ok((found, true)),
+            None => self.find(frame).or_else(|reason| self.find_lost_as_at_first(frame).ok_or(reason)),
+        };
+        match found {
             Ok((found, is_evident)) => {
                 let goes_on = self.continuity.goes_on_at(&self.history, found.warp().position_px);
                 self.history.found(found.warp());
@@ -200,18 +231,77 @@ impl<'a> Follower<'a> {
     /// Prepares the subset anew from a frame where its match has decayed.
     fn renew(&mut self, frame: usize, found: &Match, position: &Position) {
         let Ok(Target { subset, .. }) = &self.target else { return };
-        if !self.decay.calls_for_renewal(found, subset.settings.renewal_share) {
+        let (matcher, warp) = (&mut self.matcher, found.warp());
+        let cells = || {
+            matcher.have_window(subset, frame, &warp).ok()?;
+            Cells::of(subset, &matcher.window, &warp, &mut matcher.workspace)
+        };
+        let before = self.decay;
+        if !self.decay.calls_for_renewal(found, subset.settings.renewal_share, cells) {
             return;
         }
         let (place, settings) = (subset.at(position), subset.settings.clone());
         let renewed = Target::new(self.matcher.recording, &place, &ReferenceFrames::Single(frame), &settings);
         let Ok(Ok(renewed)) = renewed else { return };
         self.decay = Decay::renewed_at(position);
-        self.renewed_in.push(frame);
-        let before = std::mem::replace(&mut self.target, Ok(renewed));
-        self.original = self.original.take().or(before.ok());
+        self.renewals.push(Renewal { frame, until: None });
+        let target = std::mem::replace(&mut self.target, Ok(renewed));
+        self.original = match self.original.take() {
+            Some(original) => {
+                let gradient = found.warp().after_gradient(&original.gradient).gradient;
+                Some(Original { gradient, frame, ..original })
+            }
+            None => {
+                target.ok().map(|target| Original { target, decay: before, gradient: found.gradient, frame })
+            }
+        };
         self.history = History::starting_at(Warp::at([position.x_px.value, position.y_px.value]));
         self.continuity.end();
+    }
+
+    /// Finds a subset that was prepared anew where it is expected, as it was at first: now and then, and where its match decays once more.
+    fn find_as_at_first(&mut self, frame: usize) -> Option<Match> {
+        let Original { target, decay, gradient, frame: renewed } = self.original.as_ref()?;
+        let is_due = self.decay.is_decayed() || frame.abs_diff(*renewed).is_multiple_of(RETURNING);
+        if !is_due || self.history.n_lost > 0 {
+            return None;
+        }
+        let start = self.history.after_gradient(gradient).predict();
+        let found = self.matcher.match_from(&target.subset, frame, start).ok()?;
+        let share = target.subset.settings.renewal_share;
+        let is_it = decay.is_fresh(&found, share) && target.standard.is_clear(found.position.zncc);
+        if !is_it {
+            return None;
+        }
+        self.return_to_first(frame, &found);
+        Some(found)
+    }
+
+    /// As [`Self::find`], of a subset that was prepared anew and is lost so, as it was at first.
+    fn find_lost_as_at_first(&mut self, frame: usize) -> Option<(Match, bool)> {
+        let Original { target, decay, gradient, frame: renewed } = self.original.take()?;
+        let share = target.subset.settings.renewal_share;
+        let history = self.history.after_gradient(&gradient);
+        let (target_since, history_since) =
+            (std::mem::replace(&mut self.target, Ok(target)), std::mem::replace(&mut self.history, history));
+        let found = self.find(frame).ok().filter(|(found, _)| decay.is_fresh(found, share));
+        let target = std::mem::replace(&mut self.target, target_since);
+        self.history = history_since;
+        self.original = target.ok().map(|target| Original { target, decay, gradient, frame: renewed });
+        let (found, is_evident) = found?;
+        self.return_to_first(frame, &found);
+        Some((found, is_evident))
+    }
+
+    /// Goes on with the subset as it was prepared first, which was found in a frame.
+    fn return_to_first(&mut self, frame: usize, found: &Match) {
+        let Some(Original { target, decay, gradient, .. }) = self.original.take() else { return };
+        self.target = Ok(target);
+        self.decay = decay.returned(found);
+        self.history = self.history.after_gradient(&gradient);
+        for renewal in self.renewals.iter_mut().filter(|renewal| renewal.until.is_none()) {
+            renewal.until = Some(frame);
+        }
     }
 
     fn test_shape(&mut self, frame: usize, found: &Match) {

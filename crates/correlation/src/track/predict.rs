@@ -15,23 +15,29 @@ pub(crate) struct Search {
     pub(crate) deformations: Option<Deformations>,
 }
 
+/// Times the search radius that are searched at most, but for the whole frame.
+const MOST_RADII: usize = 4;
+
 /// How far around a place is searched.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Reach {
-    /// The search radius of the settings.
-    Near,
-    /// Four times that.
-    Far,
+    /// So many times the search radius of the settings.
+    Radii(usize),
     /// The frame.
     Whole,
 }
 
 impl Reach {
+    /// The search radius of the settings.
+    const NEAR: Self = Self::Radii(1);
+    /// As far as is searched but in the whole frame.
+    const FAR: Self = Self::Radii(MOST_RADII);
+
     /// The same in pixels, for a search radius and a frame whose longer side is `frame_px`.
     pub(crate) fn px(self, radius_px: usize, frame_px: usize) -> usize {
         match self {
-            Self::Near => radius_px,
-            Self::Far => radius_px.saturating_mul(4).min(frame_px),
+            Self::Radii(1) => radius_px,
+            Self::Radii(n) => radius_px.saturating_mul(n).min(frame_px),
             Self::Whole => frame_px,
         }
     }
@@ -86,6 +92,12 @@ impl History {
         self.n_lost += 1;
     }
 
+    /// The same of what the subset was prepared from before it was deformed by a gradient and prepared anew.
+    pub(crate) fn after_gradient(&self, before: &[f64; 4]) -> Self {
+        let recent = self.recent.iter().map(|warp| warp.after_gradient(before)).collect();
+        Self { recent, n_lost: self.n_lost }
+    }
+
     /// Where the subset would be so many frames on, if it kept its velocity.
     pub(crate) fn after(&self, n_frames: usize) -> Warp {
         let last = self.last();
@@ -104,36 +116,51 @@ impl History {
 
     /// The searches of the next frame, until one of them finds the subset: as it is near where it is expected and farther around where it
     /// was, then turned, then stretched. A subset that is lost is searched for in turn where it would be by now and where it was seen
-    /// last; from the fifth lost frame on in every fourth alone. The whole frame is searched when 2, 16, 128, .. frames are lost.
+    /// last, the farther around the longer it is lost; from the fifth lost frame on in every fourth alone. The whole frame is searched when 2
+    /// frames are lost and every 16, which takes one product of spectra, and for the subset turned when 2, 16 and every 64 are.
     pub(crate) fn searches(&self) -> Vec<Search> {
         const EAGER: usize = 4;
+        const WHOLE: usize = 16;
+        const WHOLE_TURNED: usize = 64;
         let turn = if self.n_lost < EAGER { self.n_lost } else { self.n_lost / EAGER };
         let expected = if turn.is_multiple_of(2) { self.predict() } else { self.last() };
         let near = |deformations| {
             let around_px = expected.position_px;
-            Search { around_px, reach: Reach::Near, deformations }
+            Search { around_px, reach: Reach::NEAR, deformations }
         };
         let around = |reach, deformations| {
             let around_px = self.last().position_px;
             Search { around_px, reach, deformations }
         };
         let turns = Some(Deformations::Turns);
-        let is_whole = self.n_lost.is_power_of_two() && self.n_lost.ilog2() % 3 == 1;
+        let whole = around(Reach::Whole, None);
         match self.n_lost {
             0 => vec![
                 near(None),
-                around(Reach::Far, None),
+                around(Reach::FAR, None),
                 near(turns),
-                around(Reach::Far, turns),
+                around(Reach::FAR, turns),
                 near(Some(Deformations::Stretches)),
             ],
-            _ if is_whole => {
-                vec![near(None), around(Reach::Whole, None), near(turns), around(Reach::Whole, turns)]
+            n if n == 2 || n == WHOLE || n.is_multiple_of(WHOLE_TURNED) => {
+                vec![near(None), whole, near(turns), around(Reach::Whole, turns)]
             }
-            n if n < EAGER => vec![near(None), around(Reach::Far, None), near(turns)],
-            n if n.is_multiple_of(EAGER) => vec![near(None), near(turns)],
+            n if n.is_multiple_of(WHOLE) => vec![near(None), whole, near(turns)],
+            n if n < EAGER => vec![near(None), around(Reach::FAR, None), near(turns)],
+            n if n.is_multiple_of(EAGER) => {
+                let wider = Search { reach: Self::widened(n), ..near(None) };
+                let upright = [near(None), wider].into_iter().take(if wider == near(None) { 1 } else { 2 });
+                upright.chain([near(turns)]).collect()
+            }
             _ => Vec::new(),
         }
+    }
+
+    /// How far a subset is searched for that is lost for so many frames: a body that changes its velocity behind an obstacle comes out the
+    /// farther from where it is expected the longer it is hidden.
+    fn widened(n_lost: usize) -> Reach {
+        const FRAMES_A_RADIUS: usize = 8;
+        Reach::Radii((1 + n_lost / FRAMES_A_RADIUS).min(MOST_RADII))
     }
 
     /// As [`Self::predict`], for a subset that goes on to turn and stretch as it did; `None` where it did not.
@@ -191,16 +218,37 @@ mod tests {
     }
 
     #[test]
-    fn the_whole_frame_is_searched_more_and_more_rarely() {
+    fn the_whole_frame_is_searched_as_long_as_a_subset_is_lost() {
         let mut history = History::starting_at(Warp::at([0.0, 0.0]));
-        let mut whole = Vec::new();
+        let (mut upright, mut turned) = (Vec::new(), Vec::new());
         for n_lost in 0..200 {
-            if history.searches().iter().any(|search| search.reach == Reach::Whole) {
-                whole.push(n_lost);
+            for search in history.searches().iter().filter(|search| search.reach == Reach::Whole) {
+                if search.deformations.is_none() { upright.push(n_lost) } else { turned.push(n_lost) }
             }
             history.lost();
         }
-        assert_eq!(whole, [2, 16, 128]);
+        assert_eq!(upright, [vec![2], (16..200).step_by(16).collect()].concat());
+        assert_eq!(turned, [2, 16, 64, 128, 192]);
+    }
+
+    #[test]
+    fn a_subset_is_searched_for_the_farther_the_longer_it_is_lost() {
+        let mut history = History::starting_at(Warp::at([0.0, 0.0]));
+        let farthest = |history: &History| {
+            let radii = |search: &Search| match search.reach {
+                Reach::Radii(n) => n,
+                Reach::Whole => 0,
+            };
+            history.searches().iter().map(radii).max()
+        };
+        let mut reached = Vec::new();
+        for n_lost in 0..64 {
+            if [4, 12, 20, 28, 60].contains(&n_lost) {
+                reached.push(farthest(&history).unwrap());
+            }
+            history.lost();
+        }
+        assert_eq!(reached, [1, 2, 3, 4, 4]);
     }
 
     #[test]

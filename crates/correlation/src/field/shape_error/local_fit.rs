@@ -4,7 +4,7 @@
 //! ([`crate::prepared::response`]). For a polynomial u its coefficients follow by least squares, and from them the systematic error of
 //! the point's own match. Both the second order and the fourth are taken: what the latter adds tells how the series goes on.
 
-use nalgebra::DMatrix;
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use crate::Shape;
 use crate::field::overlap::noise_correlation;
@@ -46,31 +46,60 @@ pub(super) struct LocalError {
     pub(super) aside: f64,
 }
 
-/// The errors along x and y of the match of the neighbour that is `own`; `None` where too few surround it. `reach_px` is how far
-/// they go, and `side_px` the side of a subset.
+/// The displacement around a point, of the highest order that its neighbours tell.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Polynomial {
+    /// Coefficients of the monomials of places over the reach, of u and of v, in pixels.
+    coefficients_px: [[f64; MAX_MONOMIALS]; 2],
+    reach_px: f64,
+}
+
+impl Polynomial {
+    /// The displacement along x and y at a place from the point, in pixels.
+    pub(super) fn at(&self, from_point_px: [f64; 2]) -> [f64; 2] {
+        let [x, y] = from_point_px.map(|offset| offset / self.reach_px);
+        let powers = |x: f64| [1.0, x, x * x, x * x * x, x * x * x * x];
+        let (of_x, of_y) = (powers(x), powers(y));
+        let mut sums = [0.0; 2];
+        for_each_monomial(|i, j| {
+            let value = of_x[i] * of_y[j];
+            (0..2).for_each(|axis| sums[axis] += value * self.coefficients_px[axis][monomial(i, j)]);
+        });
+        sums
+    }
+}
+
+/// The errors along x and y of the match of the neighbour that is `own`, and what they follow from; `None` where too few surround it.
+/// `reach_px` is how far they go, and `side_px` the side of a subset.
 pub(super) fn local_error(
     neighbours: &[Neighbour<'_>],
     own: usize,
     reach_px: f64,
     side_px: f64,
-) -> Option<[LocalError; 2]> {
+) -> Option<([LocalError; 2], Polynomial)> {
     if neighbours.len() < LEAST_FOR_SECOND {
         return None;
     }
     let design = Design::new(neighbours, own, reach_px);
-    let second = design.functionals(N_SECOND, &design.own)?;
-    let of_affine = design.functionals(N_SECOND, &design.of_affine(side_px))?;
+    let of_second = design.fit(N_SECOND)?;
+    let second = of_second.functionals(&design.own)?;
+    let of_affine = of_second.functionals(&design.of_affine(side_px))?;
     let [x, y] = [0, 1].map(|axis| neighbours.iter().map(|neighbour| neighbour.offset_px[axis]).sum::<f64>());
     let aside = x.abs().max(y.abs()) / neighbours.len() as f64 / reach_px;
-    let fourth = (neighbours.len() >= LEAST_FOR_FOURTH)
-        .then(|| design.functionals(MAX_MONOMIALS, &design.own))
-        .flatten();
+    let of_fourth = (neighbours.len() >= LEAST_FOR_FOURTH).then(|| design.fit(MAX_MONOMIALS)).flatten();
+    let fourth = of_fourth.as_ref().and_then(|fit| fit.functionals(&design.own));
     let has_fourth = fourth.is_some();
+    let highest = of_fourth.filter(|_| has_fourth).unwrap_or(of_second);
     let beyond = fourth.map_or_else(|| DMatrix::zeros(second.nrows(), 2), |fourth| fourth - &second);
     let covariance = noise_covariance(neighbours, side_px);
     let through = [&second, &beyond, &of_affine].map(|weights| &covariance * weights);
     let displacement = |k: usize| neighbours[k / 2].u_px[k % 2] - neighbours[own].u_px[k % 2];
-    Some([0, 1].map(|component| {
+    let polynomial = Polynomial {
+        coefficients_px: highest
+            .coefficients(&DVector::from_fn(2 * neighbours.len(), |k, _| displacement(k))),
+        reach_px,
+    };
+    let errors = [0, 1].map(|component| {
         let value = |weights: &DMatrix<f64>| -> f64 {
             weights.column(component).iter().enumerate().map(|(k, weight)| weight * displacement(k)).sum()
         };
@@ -87,7 +116,8 @@ pub(super) fn local_error(
             has_fourth,
             aside,
         }
-    }))
+    });
+    Some((errors, polynomial))
 }
 
 /// Covariance of the neighbours' noise; row and column 2 i + axis is the displacement of the i-th along an axis.
@@ -161,8 +191,8 @@ impl Design {
         })
     }
 
-    /// The weights of the matches in two sums of the coefficients of the first monomials; `None` where the matches do not tell them.
-    fn functionals(&self, n_monomials: usize, sums: &[[f64; 2 * MAX_MONOMIALS]; 2]) -> Option<DMatrix<f64>> {
+    /// The least squares of the first monomials; `None` where the matches do not tell them.
+    fn fit(&self, n_monomials: usize) -> Option<Fit> {
         let place = |k: usize| k / n_monomials * MAX_MONOMIALS + k % n_monomials;
         let columns: Vec<usize> = (0..2 * n_monomials).map(place).collect();
         let design = self.of_monomials.select_columns(&columns);
@@ -171,9 +201,34 @@ impl Design {
             row *= *weight;
         }
         let normal = design.tr_mul(&weighted).cholesky()?;
-        let sums = DMatrix::from_fn(columns.len(), 2, |k, component| sums[component][columns[k]]);
-        let functionals = weighted * normal.solve(&sums);
+        Some(Fit { columns, weighted, normal })
+    }
+}
+
+/// The normal equations of some monomials.
+struct Fit {
+    /// Where the monomials stand among all of u and v.
+    columns: Vec<usize>,
+    weighted: DMatrix<f64>,
+    normal: Cholesky<f64, Dyn>,
+}
+
+impl Fit {
+    /// The weights of the matches in two sums of the coefficients; `None` where the matches do not tell them.
+    fn functionals(&self, sums: &[[f64; 2 * MAX_MONOMIALS]; 2]) -> Option<DMatrix<f64>> {
+        let sums = DMatrix::from_fn(self.columns.len(), 2, |k, component| sums[component][self.columns[k]]);
+        let functionals = &self.weighted * self.normal.solve(&sums);
         functionals.iter().all(|weight| weight.is_finite()).then_some(functionals)
+    }
+
+    /// The coefficients of all monomials by what the matches displaced.
+    fn coefficients(&self, displacements_px: &DVector<f64>) -> [[f64; MAX_MONOMIALS]; 2] {
+        let found = self.normal.solve(&self.weighted.tr_mul(displacements_px));
+        let mut coefficients = [[0.0; MAX_MONOMIALS]; 2];
+        for (&column, &value) in self.columns.iter().zip(found.iter()) {
+            coefficients[column / MAX_MONOMIALS][column % MAX_MONOMIALS] = value;
+        }
+        coefficients
     }
 }
 
