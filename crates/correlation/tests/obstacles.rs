@@ -2,7 +2,6 @@
 //!
 //! The films are drawn in closed form by a renderer that knows no matcher.
 
-
 mod support;
 
 use chainwave_correlation::{ReferenceFrames, Settings, track};
