@@ -102,7 +102,8 @@ mod slow {
             "{}",
             in_mm.said
         );
-        assert!(in_mm.results.is_none());
+        let speed = in_mm.results.as_ref().map(|results| &results["group_velocity_m_per_s"]);
+        assert!(speed.is_none_or(Value::is_null), "nothing is stated: {speed:?}");
 
         mistaken
             .planned("mass_kg = 0.000455", "mass_kg = 0.455")
@@ -141,27 +142,6 @@ mod slow {
         let nowhere = mistaken.staged(|stage_m| stage_m + 50.0);
         assert_eq!(nowhere.code, Some(2), "{}", nowhere.said);
         assert!(nowhere.said.contains("expected bodies in at least one view"), "{}", nowhere.said);
-    }
-
-    /// Where no view stands at zero, all of them show other bodies than they should, and none of them can be believed.
-    #[test]
-    fn a_stage_that_counts_the_other_way_in_all_views_is_refused() {
-        let mistaken = Mistaken::filmed();
-        let row = |line: &str, sign: f64| {
-            let (before, stage_m) = line.rsplit_once(',').expect("a row has cells");
-            stage_m
-                .parse()
-                .map_or(line.to_owned(), |stage_m: f64| format!("{before},{}", sign * (stage_m + 0.03)))
-        };
-        let rows = |sign: f64| mistaken.trials.lines().map(|line| row(line, sign) + "\n").collect::<String>();
-        // The stage a pitch of 75 px farther on, and the first body with it.
-        let plan = mistaken.plan.replace("first_body_px = [30.0, 23.5]", "first_body_px = [105.0, 23.5]");
-        let right = mistaken.run(&plan, &rows(1.0));
-        assert_eq!((right.code, right.said.as_str()), (Some(0), ""), "{}", right.printed);
-        let turned = mistaken.run(&plan, &rows(-1.0));
-        assert_eq!(turned.code, Some(2), "{}", turned.printed);
-        assert!(turned.said.contains("count the other way"), "{}", turned.said);
-        assert!(turned.results.is_none());
     }
 
     #[test]

@@ -85,9 +85,9 @@ struct Branches {
 
 /// Fits the law and writes it.
 pub(crate) fn contact(arguments: &cli::Contact) -> Result<Outcome, Error> {
+    expect_apart(&[&arguments.curve], &[("the law", arguments.out.clone())])?;
     expect_ending(&arguments.out, "toml")?;
     expect_folder_of(&arguments.out)?;
-    expect_apart(&[&arguments.curve], &[("the law", arguments.out.clone())])?;
     let table = table::read(&arguments.curve)?;
     let (overlap_m, force_n) = (table.full_numbers("overlap_m")?, table.full_numbers("force_n")?);
     let fit = fit_contact(&overlap_m, &force_n, arguments.zero.rule())

@@ -109,6 +109,13 @@ pub(crate) fn make_folder(path: &Path) -> Result<(), Error> {
     fs::create_dir_all(path).map_err(Error::file(path, "make the folder"))
 }
 
+/// The folder of figures in a folder of results, made where it is missing.
+pub(crate) fn figures_folder(out: &Path) -> Result<PathBuf, Error> {
+    let folder = out.join("figures");
+    make_folder(&folder)?;
+    Ok(folder)
+}
+
 /// Reads a file of any kind.
 pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>, Error> {
     fs::read(path).map_err(Error::file(path, "read"))

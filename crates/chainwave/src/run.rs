@@ -6,14 +6,17 @@
 
 mod accuracy;
 mod dataset;
+mod ended;
 mod explain;
 mod figures;
 mod markers;
+mod named;
 mod outputs;
 mod provenance;
 mod pulses;
 mod report;
 mod results;
+mod stage_times;
 mod strikers;
 mod summary;
 mod velocity;
@@ -21,18 +24,20 @@ mod velocity;
 use std::path::{Path, PathBuf};
 
 use chainwave_experiment::{
-    Evaluation, FailedRecording, Finding, RecordingState, Setup, Share, check_share, compare_strikers,
-    track_share,
+    Evaluation, RecordingState, Setup, Share, check_share, compare_strikers, track_share,
 };
 use serde_json::{Value, json};
 
+use self::ended::{Done, End, Evaluated};
 use self::figures::Figure;
 pub(crate) use self::figures::draw_motion;
+pub(crate) use self::named::name_failed;
+use self::named::name_findings;
 pub(crate) use self::outputs::PROVENANCE;
 pub(crate) use self::results::{states_as_json, warnings_as_json, write_measurement};
-use self::velocity::{Done, End, Evaluated, Velocity};
+use self::velocity::Velocity;
 use crate::cli;
-use crate::error::{Error, hint_of};
+use crate::error::Error;
 use crate::kept::KeptFolder;
 use crate::on_demand;
 use crate::outcome::Outcome;
@@ -216,21 +221,4 @@ fn read_results(folder: &Path) -> Option<Value> {
     let text = std::fs::read_to_string(folder.join(outputs::RESULTS)).ok().filter(|_| terminal::is_json())?;
     let results: Value = serde_json::from_str(&text).ok()?;
     Some(json!({ "folder": folder, "results": results }))
-}
-
-/// Tells what contradicts the experiment before time is spent on it; the summary says so again.
-fn name_findings(findings: &[Finding]) {
-    summary::print_lines(findings.iter().map(|finding| format!("warning, before work: {finding}")));
-}
-
-/// Names recordings that failed on standard error.
-pub(crate) fn name_failed(failed: &[FailedRecording], outcome: &mut Outcome) {
-    failed.iter().for_each(|one| outcome.fail(format!("{}{}", one.error, hint_of(&one.error))));
-}
-
-/// The folder of figures in a folder of results, made where it is missing.
-fn figures_folder(out: &Path) -> Result<PathBuf, Error> {
-    let folder = out.join("figures");
-    make_folder(&folder)?;
-    Ok(folder)
 }

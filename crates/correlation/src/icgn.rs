@@ -14,7 +14,7 @@ use crate::interpolation_error::energy::Foreseen;
 use crate::prepared::linearised::Linearised;
 use crate::simd::LANES;
 use crate::uncertainty::{Residual, angle_rad, sigma_px};
-use crate::warp::Warp;
+use crate::warp::{Warp, distance_px};
 use crate::window::sample::sample;
 use crate::{Acceptance, PreparedSubset, Window};
 
@@ -203,9 +203,4 @@ impl Linearised {
         };
         pixels.map(residual).collect()
     }
-}
-
-fn distance_px(a: &Warp, b: &Warp) -> f64 {
-    let [dx, dy] = [0, 1].map(|axis| a.position_px[axis] - b.position_px[axis]);
-    (dx * dx + dy * dy).sqrt()
 }

@@ -255,6 +255,12 @@ impl Step {
     }
 }
 
+/// How far apart two warps have the centre, in pixels.
+pub(crate) fn distance_px(one: &Warp, other: &Warp) -> f64 {
+    let [dx, dy] = [0, 1].map(|axis| one.position_px[axis] - other.position_px[axis]);
+    (dx * dx + dy * dy).sqrt()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

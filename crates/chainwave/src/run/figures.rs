@@ -14,9 +14,9 @@ use chainwave_figures::{
 };
 use chainwave_measurement::{ChainMotion, Estimate};
 
-use super::figures_folder;
 use crate::error::Error;
 use crate::outcome::Outcome;
+use crate::output::figures_folder;
 use crate::wave::{about_peak, broken_profile, nearest, place_at};
 
 /// A figure that was drawn.

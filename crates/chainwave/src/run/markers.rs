@@ -7,10 +7,10 @@ use chainwave_experiment::{Results, Setup, TrackedRecording};
 use chainwave_figures::{MarkedFrame, MarkedSubset, marked_frame};
 
 use super::figures::Figure;
-use super::figures_folder;
 use super::outputs::NUMBERED_FIGURE;
 use crate::error::Error;
 use crate::outcome::Outcome;
+use crate::output::figures_folder;
 
 /// Views that are shown: the first, the one in the middle, the last.
 const MOST_SHOWN: usize = 3;

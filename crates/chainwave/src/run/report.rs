@@ -17,10 +17,10 @@ use chainwave_measurement::Estimate;
 
 use self::markup::{Cell, escaped, inlined, table};
 use super::accuracy::Reached;
+use super::ended::{Done, End, Evaluated};
 use super::figures::Figure;
 use super::outputs::{PROVENANCE, REPORT, RESULTS};
 use super::summary::{Row, decimals, rows};
-use super::velocity::{Done, End, Evaluated};
 use crate::error::Error;
 use crate::output::{read_bytes, write_text};
 

@@ -8,8 +8,9 @@ use chainwave_measurement::Estimate;
 use serde_json::{Map, Value, json};
 
 use super::figures::Figure;
-use super::{figures_folder, outputs};
+use super::outputs;
 use crate::error::Error;
+use crate::output::figures_folder;
 use crate::output::write_json;
 use crate::table::{self, column};
 

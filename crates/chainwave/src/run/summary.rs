@@ -10,7 +10,7 @@ use chainwave_inference::{Damping, FitError};
 use chainwave_measurement::Estimate;
 
 use super::outputs::{RECORDINGS, REPORT};
-use super::velocity::Clock;
+use super::stage_times::StageTimes;
 use crate::terminal::say;
 
 /// Prints lines.
@@ -41,7 +41,7 @@ pub(crate) fn print_states(out: &Path, states: &[RecordingState]) {
 
 /// Prints what was measured on one screen: values with uncertainties, the truth beside where it is known, the time that each
 /// stage took, and where the figures are.
-pub(crate) fn print(setup: &Setup, out: &Path, results: &Results, clock: &Clock) {
+pub(crate) fn print(setup: &Setup, out: &Path, results: &Results, clock: &StageTimes) {
     let Results { evaluation, truth, .. } = results;
     say!("{}: {} recordings", setup.experiment.name, evaluation.stitched.alignments.len());
     say!("{:<34}{:>12} {:>11}{:>13}{:>9}", "", "measured", "sigma", "truth", "off by");

@@ -4,14 +4,14 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use chainwave_experiment::{
-    Economy, Evaluation, FailedRecording, Plan, RecordingState, Results, Setup, Tracked, TrackedRecording,
-    check, plan, recording_states, track,
+    Economy, FailedRecording, Plan, RecordingState, Results, Setup, Tracked, TrackedRecording, check, plan,
+    recording_states, track,
 };
 
-use super::{
-    accuracy, dataset, explain, figures, markers, name_failed, name_findings, outputs, provenance, report,
-    results, summary,
-};
+use super::ended::{Done, End, Evaluated};
+use super::named::{name_failed, name_findings};
+use super::stage_times::StageTimes;
+use super::{accuracy, dataset, explain, figures, markers, outputs, provenance, report, results, summary};
 use crate::cli;
 use crate::error::Error;
 use crate::kept::KeptFolder;
@@ -32,29 +32,6 @@ pub(super) struct Velocity<'a> {
     pub(super) place: String,
     /// What stands before a failure: the velocity, where it is one of several.
     pub(super) said_of: String,
-}
-
-/// What became of it.
-pub(super) struct Done {
-    /// Of every recording.
-    pub(super) states: Vec<RecordingState>,
-    pub(super) end: End,
-}
-
-/// How far it went.
-pub(super) enum End {
-    /// To its report.
-    Evaluated(Box<Evaluated>),
-    /// The tracks are written and could not be evaluated; the reason was named.
-    Unsolved(String),
-    /// There are not even tracks, or the experiment makes no sense; the reason is yet to be named.
-    Nothing(Error),
-}
-
-/// What was found, and with which settings.
-pub(super) struct Evaluated {
-    pub(super) setup: Setup,
-    pub(super) evaluation: Evaluation,
 }
 
 impl Velocity<'_> {
@@ -100,7 +77,7 @@ struct Run<'a> {
 impl Run<'_> {
     fn carry_out(&self, outcome: &mut Outcome) -> Result<Done, Error> {
         let (setup, out, arguments) = (self.setup, self.velocity.out.as_path(), self.velocity.arguments);
-        let mut clock = Clock::new();
+        let mut clock = StageTimes::new();
         let tracked = self.tracked(&mut clock, outcome)?;
         if tracked.recordings.is_empty() {
             let reason = Error::nothing_left("recordings", setup.trials.len());
@@ -128,7 +105,7 @@ impl Run<'_> {
         }
     }
 
-    fn tracked(&self, clock: &mut Clock, outcome: &mut Outcome) -> Result<Tracked, Error> {
+    fn tracked(&self, clock: &mut StageTimes, outcome: &mut Outcome) -> Result<Tracked, Error> {
         let (out, arguments) = (self.velocity.out.as_path(), self.velocity.arguments);
         let n_threads = threads(arguments.jobs);
         let store = KeptFolder::in_results(out)?;
@@ -152,7 +129,12 @@ impl Run<'_> {
     }
 
     /// Writes what was found, and says so.
-    fn write(&self, mut results: Results, clock: &mut Clock, outcome: &mut Outcome) -> Result<Done, Error> {
+    fn write(
+        &self,
+        mut results: Results,
+        clock: &mut StageTimes,
+        outcome: &mut Outcome,
+    ) -> Result<Done, Error> {
         let (setup, out) = (self.setup, self.velocity.out.as_path());
         clock.stage("stitching, analysis and fit");
         results.decisions.extend(self.economy.iter().flat_map(|economy| economy.decisions.iter().cloned()));
@@ -184,7 +166,7 @@ impl Run<'_> {
 
     /// What the uncertainty of each result comes from, where that is asked for: a plan of the experiment as it was filmed, also in
     /// `error_budget.json`. Results stand without it: where it cannot be made, that is named.
-    fn budget(&self, clock: &mut Clock, outcome: &mut Outcome) -> Result<Option<Plan>, Error> {
+    fn budget(&self, clock: &mut StageTimes, outcome: &mut Outcome) -> Result<Option<Plan>, Error> {
         if !self.velocity.arguments.budget {
             return Ok(None);
         }
@@ -227,27 +209,5 @@ impl Run<'_> {
         };
         let left_out: Vec<(String, String)> = tracked.recordings.iter().map(left_out).collect();
         self.states(&tracked.failed, &left_out)
-    }
-}
-
-/// How long each stage took.
-pub(super) struct Clock {
-    last: Instant,
-    stages: Vec<(&'static str, f64)>,
-}
-
-impl Clock {
-    fn new() -> Self {
-        Self { last: Instant::now(), stages: Vec::new() }
-    }
-
-    fn stage(&mut self, name: &'static str) {
-        self.stages.push((name, self.last.elapsed().as_secs_f64()));
-        self.last = Instant::now();
-    }
-
-    /// Names and durations in seconds, in order.
-    pub(super) fn stages(&self) -> &[(&'static str, f64)] {
-        &self.stages
     }
 }

@@ -7,12 +7,11 @@
 
 use chainwave_measurement::{Lost, centre_and_scatter};
 
-use crate::icgn::distance_px;
 use crate::icgn::outcome::{Match, Stop};
 use crate::reference::mask::{INVALID_MARGIN_PX, dilated};
 use crate::simd::dot;
 use crate::uncertainty::{Residual, degrees_of_freedom};
-use crate::warp::Warp;
+use crate::warp::{Warp, distance_px};
 use crate::{PreparedSubset, Window, Workspace};
 
 /// Share of a subset's pixels that must be seen.
