@@ -31,11 +31,7 @@ const FILES: [(&str, &[Table]); 3] = [
             ("`[tracking]`", "crates/experiment/src/configuration/tracking.rs", "struct Tracking"),
             ("`[trigger]`", EXPERIMENT, "struct Trigger"),
             ("`[analysis]`", "crates/experiment/src/configuration/analysis.rs", "struct Analysis"),
-            (
-                "`[synthetic]`: what is filmed",
-                "crates/experiment/src/configuration/synthetic.rs",
-                "struct Synthetic",
-            ),
+            ("`[synthetic]`: what is filmed", EXPERIMENT, "struct Synthetic"),
             ("`[synthetic.chain]`", "crates/experiment/src/configuration/true_chain.rs", "struct TrueChain"),
             ("`[synthetic.rings]`", "crates/experiment/src/configuration/rings.rs", "struct FilmedRings"),
             ("`[synthetic.specimen]`", SETTINGS, "struct Specimen"),
@@ -77,7 +73,11 @@ const FILES: [(&str, &[Table]); 3] = [
                 "crates/synthetic/src/effects/scale_error.rs",
                 "struct ScaleError",
             ),
-            ("`[[synthetic.faults]]`, by `kind`", "crates/experiment/src/film/faults.rs", "enum Fault"),
+            (
+                "`[[synthetic.faults]]`, by `kind`",
+                "crates/experiment/src/configuration/fault.rs",
+                "enum Fault",
+            ),
         ],
     ),
     (
