@@ -53,13 +53,13 @@ pub(super) struct Chain {
     #[serde(default = "Chain::usual_edge_fraction")]
     pub(super) edge_fraction: f64,
     /// What the last body is to the chain.
-    pub(super) end: Option<End>,
+    pub(super) end: Option<EndName>,
 }
 
 /// What the last body of the files is to the chain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub(super) enum End {
+pub(super) enum EndName {
     /// The chain ends there, and nothing holds it.
     Free,
     /// The chain ends there at something that holds it.
@@ -191,7 +191,7 @@ impl Mapping {
     /// unless the mapping chose some tracks of a file.
     pub(super) fn end_reflects(&self) -> bool {
         match self.chain.end {
-            Some(end) => end != End::Unseen,
+            Some(end) => end != EndName::Unseen,
             None => self.tracks.is_none(),
         }
     }
