@@ -119,7 +119,8 @@ def test_a_velocity_that_fails_does_not_take_the_others_along(filmed: Path) -> N
     with warnings.catch_warnings(record=True) as warned:
         warnings.simplefilter("always", cw.ChainwaveWarning)
         found = cw.Experiment({**tables, "trials": polars.concat([good, lost])}, recordings=filmed).run_all()
-    assert [one.striker_velocity_m_per_s for one in found] == [2.73]
+    # Each result has the velocity as fitted, within the strikes' scatter of the stated one; the other is far off.
+    assert [round(one.striker_velocity_m_per_s.value, 1) for one in found] == [2.7]
     assert any(str(one.message).startswith("striker 0.83 m/s: ") for one in warned)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", cw.ChainwaveWarning)

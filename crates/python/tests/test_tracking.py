@@ -14,7 +14,9 @@ import pytest
 from conftest import SHIFT_PX, film
 from polars.testing import assert_frame_equal
 
-COLUMNS = "recording name frame t_s x_px y_px sigma_x_px sigma_y_px zncc iterations status method theta_rad sigma_theta_rad"
+COLUMNS = (
+    "recording name frame t_s x_px y_px sigma_x_px sigma_y_px theta_rad sigma_theta_rad zncc iterations status method"
+)
 
 
 def test_points_are_found_where_they_are(frames: Any) -> None:
