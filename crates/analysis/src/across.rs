@@ -5,7 +5,7 @@ use chainwave_measurement::Estimate;
 use crate::departure::Departure;
 use crate::measured_rates;
 use crate::probability::chi_squared_beyond;
-use crate::rule::{LEVEL, Rule};
+use crate::rule::{Rule, SIGNIFICANCE_LEVEL};
 
 /// Frames whose mean stands for a slow excursion.
 const BLOCK: usize = 16;
@@ -19,7 +19,7 @@ const MIN_BLOCKS: usize = 4;
 /// The noise is taken from the tracks themselves, so that a stated uncertainty that is a few per cent off is no motion. The size is the
 /// standard deviation of the blocks beyond noise, in metres.
 pub fn motion_across(tracks: &[Vec<Option<f64>>]) -> Option<Departure> {
-    let (mut chi_squared, mut freedom, mut excess_m2, mut noise_m2) = (0.0, 0, 0.0, 0.0);
+    let (mut chi_squared, mut degrees_of_freedom, mut excess_m2, mut noise_m2) = (0.0, 0, 0.0, 0.0);
     let (mut expected, mut variance) = (0.0, 0.0);
     for track in tracks {
         let seen: Vec<f64> = track.iter().flatten().copied().collect();
@@ -35,12 +35,12 @@ pub fn motion_across(tracks: &[Vec<Option<f64>>]) -> Option<Departure> {
         let of_ratio = VarianceRatio { above: n as f64, below: freedom_of_steps(seen.len()) };
         expected += of_ratio.mean();
         variance += of_ratio.variance();
-        freedom += n;
+        degrees_of_freedom += n;
         excess_m2 += squares - of_mean * n as f64;
         noise_m2 += of_mean * n as f64;
     }
-    (freedom > 0).then(|| {
-        let n = freedom as f64;
+    (degrees_of_freedom > 0).then(|| {
+        let n = degrees_of_freedom as f64;
         let deviation_m = (excess_m2.max(0.0) / n).sqrt();
         // The standard error of a variance from n values, over twice the deviation; of none, what would stand out.
         let total_m2 = (excess_m2.max(0.0) + noise_m2) / n;
@@ -49,7 +49,7 @@ pub fn motion_across(tracks: &[Vec<Option<f64>>]) -> Option<Departure> {
         // A sum of ratios whose noise is itself known from each track alone: a scaled chi squared of the same mean and variance.
         let scale = 0.5 * variance / expected;
         let p_value = chi_squared_beyond(chi_squared / scale, expected / scale);
-        Departure { size: Estimate::new(deviation_m, sigma_m), chi_squared, freedom, p_value }
+        Departure { size: Estimate::new(deviation_m, sigma_m), chi_squared, degrees_of_freedom, p_value }
     })
 }
 
@@ -59,9 +59,9 @@ pub fn motion_across_rule() -> Rule {
         question: "dimensions of the motion",
         text: format!(
             "1-D unless means of {BLOCK} frames across the chain scatter by more than noise lets them (chi squared, {} % level)",
-            100.0 * LEVEL
+            100.0 * SIGNIFICANCE_LEVEL
         ),
-        level: Some(LEVEL),
+        level: Some(SIGNIFICANCE_LEVEL),
         rates: measured_rates::MOTION_ACROSS.to_vec(),
     }
 }

@@ -8,7 +8,7 @@
 use chainwave_measurement::{BodyTrack, Observation};
 
 use crate::probability::normal_beyond;
-use crate::rule::{LEVEL, Rule};
+use crate::rule::{Rule, SIGNIFICANCE_LEVEL};
 
 /// Frames that a pair of bodies is looked at over at least.
 const MIN_FRAMES: usize = 8;
@@ -20,9 +20,9 @@ pub fn at_rest_rule() -> Rule {
         text: format!(
             "at rest for as long as their distances change from frame to frame by independent noise (mean product of neighbouring frames, {} % \
              level)",
-            100.0 * LEVEL
+            100.0 * SIGNIFICANCE_LEVEL
         ),
-        level: Some(LEVEL),
+        level: Some(SIGNIFICANCE_LEVEL),
         rates: Vec::new(),
     }
 }

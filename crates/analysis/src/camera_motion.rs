@@ -98,7 +98,7 @@ struct Followed {
     /// Chi squared of the readings about their bodies' places alone, and with the camera's motion as well.
     chi_squared: [f64; 2],
     /// Degrees of freedom of the motion, and of what it leaves.
-    freedom: [usize; 2],
+    degrees_of_freedom: [usize; 2],
 }
 
 /// A reading of a body that rests: number of the body in the recording, frame, place.
@@ -130,7 +130,7 @@ pub fn camera_motion(observations: &[Observation], rests_until_s: &[f64]) -> Opt
     let [of_motion, left] =
         [sum(|one| one.chi_squared[0] - one.chi_squared[1]), sum(|one| one.chi_squared[1])];
     let [n_motion, n_left] =
-        [0, 1].map(|which| recordings.iter().map(|one| one.freedom[which]).sum::<usize>());
+        [0, 1].map(|which| recordings.iter().map(|one| one.degrees_of_freedom[which]).sum::<usize>());
     if n_motion == 0 || n_left == 0 {
         return None;
     }
@@ -147,7 +147,7 @@ pub fn camera_motion(observations: &[Observation], rests_until_s: &[f64]) -> Opt
     let error = 0.5 * square * (2.0 / n).sqrt();
     let size = Estimate::new(size, error / size.max(error.sqrt()));
     let n_known = [known.len(), recordings.iter().map(|one| one.times_s.len()).sum()];
-    let departure = Departure { size, chi_squared: of_motion, freedom: n_motion, p_value };
+    let departure = Departure { size, chi_squared: of_motion, degrees_of_freedom: n_motion, p_value };
     let growth = Growth::of(&known);
     Some(CameraMotion { departure, shared_m: shared_m(&recordings), n_known, growth, recordings })
 }
@@ -214,7 +214,10 @@ impl Followed {
             times_s: observation.times_s.clone(),
             motion_m: weights.iter().zip(&motion_m).map(known).collect(),
             chi_squared: [without, with],
-            freedom: [n_shown.saturating_sub(1), (at_rest.len() + 1).saturating_sub(n_shown + n_at_rest)],
+            degrees_of_freedom: [
+                n_shown.saturating_sub(1),
+                (at_rest.len() + 1).saturating_sub(n_shown + n_at_rest),
+            ],
         }
     }
 

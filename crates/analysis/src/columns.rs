@@ -9,7 +9,7 @@ use crate::Missing;
 const MIN_SHARE: f64 = 0.75;
 
 /// Standard deviations of its scatter by which an error is told: by chance in 3 of 1000.
-const TOLD: f64 = 3.0;
+const DETECTION_SIGMAS: f64 = 3.0;
 
 /// The measured quantities; each holds one value per gap, per time, or one in all.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -130,7 +130,7 @@ impl Scatter {
         let n = found.len() as f64;
         let mean_square = found.iter().map(|z| z * z).sum::<f64>() / n;
         let mean = found.iter().sum::<f64>() / n;
-        mean_square > 1.0 + TOLD * (3.0 / n).sqrt() || mean.abs() > TOLD / n.sqrt()
+        mean_square > 1.0 + DETECTION_SIGMAS * (3.0 / n).sqrt() || mean.abs() > DETECTION_SIGMAS / n.sqrt()
     }
 
     /// The same for a quantity that noise shifts on average: what the replicas lie off the motion's value on average is taken off it

@@ -7,10 +7,10 @@ use chainwave_measurement::Estimate;
 pub struct Departure {
     /// What departs, in words of the question's own: a factor or a relative scatter.
     pub size: Estimate,
-    /// The test's statistic: chi squared with `freedom` degrees of freedom where the simpler model holds.
+    /// The test's statistic: chi squared with `degrees_of_freedom` degrees of freedom where the simpler model holds.
     pub chi_squared: f64,
     /// Its degrees of freedom.
-    pub freedom: usize,
+    pub degrees_of_freedom: usize,
     /// Probability of so large a statistic under the simpler model.
     pub p_value: f64,
 }

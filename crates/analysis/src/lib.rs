@@ -82,7 +82,7 @@ pub use pulses::{
     power_exponent,
 };
 pub use replicas::replicate;
-pub use rule::{FalseRate, LEVEL, Rule};
+pub use rule::{FalseRate, Rule, SIGNIFICANCE_LEVEL};
 pub use spacing::Spacing;
 pub use spectrum::{GapSpectrum, LocalResonance, TailSpectrum, dominant_frequency, tail_spectrum};
 pub use strain::{StrainMap, exact_motion, normalised_residuals, strain_map};

@@ -6,7 +6,7 @@ use rustfft::num_complex::Complex;
 
 use crate::measured_rates;
 use crate::probability::chi_squared_beyond;
-use crate::rule::{LEVEL, Rule};
+use crate::rule::{Rule, SIGNIFICANCE_LEVEL};
 use crate::tail::Tail;
 use crate::{LeadingPulse, Missing, StrainMap};
 
@@ -59,9 +59,9 @@ pub fn line_rule() -> Rule {
         question: "what the tail is",
         text: format!(
             "a line where Thomson's F-test rejects a continuum at the dominant frequency ({} % level, all resolved frequencies allowed for)",
-            100.0 * LEVEL
+            100.0 * SIGNIFICANCE_LEVEL
         ),
-        level: Some(LEVEL),
+        level: Some(SIGNIFICANCE_LEVEL),
         rates: measured_rates::LINE.to_vec(),
     }
 }
@@ -72,7 +72,7 @@ pub(crate) fn p_value_at(tails: &[Vec<f64>], cycles: f64) -> f64 {
 }
 
 /// Probability of so large an F at a frequency in cycles a sample, without a line there: of an F with 2 and 2 (K - 1) degrees of
-/// freedom, (1 + F/(K - 1))^-(K - 1).
+/// degrees_of_freedom, (1 + F/(K - 1))^-(K - 1).
 fn p_value(values: &[f64], cycles: f64) -> f64 {
     let taper = |k: usize, at: usize| {
         let n = values.len() as f64 + 1.0;

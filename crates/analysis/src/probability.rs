@@ -18,10 +18,10 @@ pub fn variance_ratio_beyond(x: f64, above: f64, below: f64) -> f64 {
 }
 
 /// The factor that makes of `deviations` of a normal distribution the interval of equal probability for an error whose size is itself
-/// known from `freedom` degrees of freedom only (Student's t); without bound where nothing is known of it.
-pub fn student(deviations: f64, freedom: f64) -> f64 {
+/// known from `degrees_of_freedom` degrees of freedom only (Student's t); without bound where nothing is known of it.
+pub fn student(deviations: f64, degrees_of_freedom: f64) -> f64 {
     let upper = 1.0 - normal_beyond(deviations);
-    StudentsT::new(0.0, 1.0, freedom).map_or(f64::INFINITY, |law| law.inverse_cdf(upper))
+    StudentsT::new(0.0, 1.0, degrees_of_freedom).map_or(f64::INFINITY, |law| law.inverse_cdf(upper))
 }
 
 #[cfg(test)]
@@ -42,9 +42,10 @@ mod tests {
         ] {
             assert!(close(chi_squared_beyond(x, n), p, 1e-4), "{x} {n}");
         }
-        for (freedom, t) in [(1.0, 12.706_2), (4.0, 2.776_45), (14.0, 2.144_79), (120.0, 1.979_93)] {
-            let found = student(1.959_963_984_540_054, freedom);
-            assert!(close(found, t, 1e-5), "{freedom} {found}");
+        for (degrees_of_freedom, t) in [(1.0, 12.706_2), (4.0, 2.776_45), (14.0, 2.144_79), (120.0, 1.979_93)]
+        {
+            let found = student(1.959_963_984_540_054, degrees_of_freedom);
+            assert!(close(found, t, 1e-5), "{degrees_of_freedom} {found}");
         }
         // Three deviations are 99.73 % of a normal distribution; the tables' t for that.
         assert!(close(student(3.0, 10.0), 3.957, 1e-3));

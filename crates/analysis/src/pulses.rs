@@ -4,19 +4,19 @@
 //! normal numbers as there are samples pass with a stated probability. Humps of neighbouring gaps are joined to ridges, the best first.
 //! From ridges come speeds and meetings; what scatters over replicas of the motion is the uncertainty.
 
-mod course;
 mod hump;
 mod meeting;
+mod path;
 mod ridge;
 
 use std::num::NonZero;
 
 use chainwave_measurement::{ChainMotion, ErrorModes, Estimate, median};
 
-use self::course::{Course, Line};
 pub use self::hump::Sense;
 use self::hump::{SmoothedRows, humps};
 use self::meeting::{Meeting, begins_at, meetings, phase_shift, reflected_from, rejoin, within_meetings};
+use self::path::{Line, PulsePath};
 pub use self::ridge::Direction;
 use self::ridge::{MIN_GAPS, ridges};
 use crate::check::{check_fraction, check_motion};
@@ -40,7 +40,7 @@ pub struct PulseSettings {
 
 impl Default for PulseSettings {
     fn default() -> Self {
-        Self { false_rate: crate::LEVEL, least_share: 0.05 }
+        Self { false_rate: crate::SIGNIFICANCE_LEVEL, least_share: 0.05 }
     }
 }
 
@@ -155,7 +155,7 @@ pub fn measure_pulses(
 
 /// What a record holds: the structure, which is found once and kept for replicas.
 struct Found {
-    courses: Vec<Course>,
+    courses: Vec<PulsePath>,
     meetings: Vec<Meeting>,
     /// Whether each passage lies within a meeting.
     is_within: Vec<Vec<bool>>,
@@ -187,7 +187,8 @@ struct PassValues {
 impl Found {
     fn of(map: &StrainMap, settings: &PulseSettings) -> Self {
         let humps = humps(map, settings.false_rate, settings.least_share);
-        let mut courses: Vec<Course> = ridges(&humps).iter().map(|ridge| Course::of(ridge, &humps)).collect();
+        let mut courses: Vec<PulsePath> =
+            ridges(&humps).iter().map(|ridge| PulsePath::of(ridge, &humps)).collect();
         rejoin(&mut courses);
         let meetings = meetings(&mut courses);
         let of_all = 0..courses.len();
@@ -204,17 +205,18 @@ impl Found {
     }
 
     /// The same passages in another map; a hump that is lost there stays as it was, and says nothing.
-    fn again(&self, map: &StrainMap) -> Vec<Course> {
+    fn again(&self, map: &StrainMap) -> Vec<PulsePath> {
         let mut rows = SmoothedRows::of_map(map);
-        let mut again = |course: &Course| Course {
+        let mut again = |course: &PulsePath| PulsePath {
             passes: course.passes.iter().map(|pass| pass.again(&mut rows).unwrap_or(pass.lost())).collect(),
             ..course.clone()
         };
         self.courses.iter().map(&mut again).collect()
     }
 
-    fn values(&self, courses: &[Course], spacing: &Spacing) -> Values {
-        let of_pulse = |(course, is_within): (&Course, &Vec<bool>)| pulse_values(course, is_within, spacing);
+    fn values(&self, courses: &[PulsePath], spacing: &Spacing) -> Values {
+        let of_pulse =
+            |(course, is_within): (&PulsePath, &Vec<bool>)| pulse_values(course, is_within, spacing);
         let shifts = self.meetings.iter().map(|meeting| {
             meeting.pulses.map(|pulse| {
                 let others_s: Vec<f64> = self
@@ -233,7 +235,7 @@ impl Found {
     }
 
     fn assemble(&self, values: &Values, replicas: &[Values]) -> Pulses {
-        let pulse = |(index, course): (usize, &Course)| {
+        let pulse = |(index, course): (usize, &PulsePath)| {
             let own = &values.pulses[index];
             let estimate = |value: fn(&PulseValues) -> Option<f64>| {
                 estimate(value(own), replicas.iter().map(|replica| value(&replica.pulses[index])))
@@ -301,7 +303,7 @@ fn estimate(value: Option<f64>, replicas: impl Iterator<Item = Option<f64>>) -> 
     (2 * found.len() > all.len() && found.len() > 1).then(|| Estimate::new(value, variance.sqrt()))
 }
 
-fn pulse_values(course: &Course, is_within: &[bool], spacing: &Spacing) -> PulseValues {
+fn pulse_values(course: &PulsePath, is_within: &[bool], spacing: &Spacing) -> PulseValues {
     let point = |place: usize| {
         let pass = &course.passes[place];
         (pass.t_s, spacing.place_m(pass.gap as f64))

@@ -5,7 +5,7 @@ use std::fmt;
 use chainwave_measurement::Estimate;
 
 /// Level of every test: the probability of leaving the simpler model although it holds.
-pub const LEVEL: f64 = 0.01;
+pub const SIGNIFICANCE_LEVEL: f64 = 0.01;
 
 /// By which rule one model is chosen.
 #[derive(Debug, Clone, PartialEq)]
@@ -116,6 +116,6 @@ mod tests {
     fn a_rule_without_a_test_rejects_nothing() {
         let rule = Rule { question: "", text: String::new(), level: None, rates: Vec::new() };
         assert!(!rule.rejects(0.0));
-        assert!(Rule { level: Some(LEVEL), ..rule }.rejects(0.009));
+        assert!(Rule { level: Some(SIGNIFICANCE_LEVEL), ..rule }.rejects(0.009));
     }
 }

@@ -260,12 +260,16 @@ impl MeanPower {
     /// frames does not damp. Neighbouring gaps share a body, so every second one counts as independent.
     fn stands_out_of_noise(&self, top: usize, spectrum: &TailSpectrum) -> bool {
         let Some(median) = median(self.power[1..self.power.len() / 2].to_vec()) else { return false };
-        let freedom = 2 * self.n_gaps.div_ceil(2);
+        let degrees_of_freedom = 2 * self.n_gaps.div_ceil(2);
         // The median of chi squared (Wilson and Hilferty 1931).
-        let noise = median / (1.0 - 2.0 / (9.0 * freedom as f64)).powi(3);
+        let noise = median / (1.0 - 2.0 / (9.0 * degrees_of_freedom as f64)).powi(3);
         let nyquist_hz = spectrum.frequency_hz.last().copied().unwrap_or(0.0);
         let n_resolved = HANN_RESOLUTION * nyquist_hz / self.finest_hz;
-        n_resolved * chi_squared_beyond(freedom as f64 * self.power[top] / noise, freedom as f64)
+        n_resolved
+            * chi_squared_beyond(
+                degrees_of_freedom as f64 * self.power[top] / noise,
+                degrees_of_freedom as f64,
+            )
             < NOISE_LEVEL
     }
 }

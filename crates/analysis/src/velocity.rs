@@ -8,7 +8,7 @@ use chainwave_measurement::Estimate;
 use crate::GapFront;
 use crate::measured_rates;
 use crate::probability::normal_beyond;
-use crate::rule::{LEVEL, Rule};
+use crate::rule::{Rule, SIGNIFICANCE_LEVEL};
 use crate::spacing::Spacing;
 use crate::{LeadingPulse, Missing};
 
@@ -26,7 +26,7 @@ const LEAST_KEPT: f64 = 0.5;
 /// ones are the reflection's leave 0.06 to 0.13 in chains of 6 to 12 bodies.
 const MOST_OFF_LINE: f64 = 0.05;
 /// Standard uncertainties by which that share must stand above it: the peaks' noise leaves them off the line as well.
-const TOLD: f64 = 3.0;
+const DETECTION_SIGMAS: f64 = 3.0;
 /// Factor by which its rise, from foot to peak, grows or shrinks from one gap to the next at most.
 const MOST_CHANGE_OF_RISE: f64 = 2.0;
 
@@ -66,9 +66,9 @@ pub fn one_speed_rule() -> Rule {
         text: format!(
             "one speed unless those of the first and the last third of the gaps differ by more than their errors let them (two-sided, \
              {} % level)",
-            100.0 * LEVEL
+            100.0 * SIGNIFICANCE_LEVEL
         ),
-        level: Some(LEVEL),
+        level: Some(SIGNIFICANCE_LEVEL),
         rates: measured_rates::ONE_SPEED.to_vec(),
     }
 }
@@ -136,7 +136,7 @@ pub fn fit_speed(
 
 /// Whether peaks lie as far off a line as those of one pulse do not, by their distance from it as a share of that which they run.
 pub(crate) fn is_no_line(off_line: Estimate) -> bool {
-    off_line.value - TOLD * off_line.sigma > MOST_OFF_LINE
+    off_line.value - DETECTION_SIGMAS * off_line.sigma > MOST_OFF_LINE
 }
 
 fn slopes_of_thirds(points: &[(f64, f64)]) -> Option<[f64; 2]> {

@@ -9,7 +9,7 @@ use chainwave_camera::OpenOptions;
 use chainwave_measurement::median;
 
 use self::draft::{Draft, file_name, first_lines, trials_table};
-pub(crate) use self::seen::Seen;
+pub(crate) use self::seen::SeenInRecording;
 use crate::cli::Init;
 use crate::error::Error;
 use crate::listing::recordings_in;
@@ -40,7 +40,7 @@ pub(crate) fn init(arguments: &Init) -> Result<Outcome, Error> {
             folder.display()
         )));
     };
-    let seen = Seen::of(first);
+    let seen = SeenInRecording::of(first);
     let known = BTreeMap::new();
     let draft = Draft {
         name: file_name(folder),
@@ -71,7 +71,7 @@ pub(crate) fn init(arguments: &Init) -> Result<Outcome, Error> {
 }
 
 /// What was found, in a sentence.
-fn in_words(recording: &str, seen: &Seen) -> String {
+fn in_words(recording: &str, seen: &SeenInRecording) -> String {
     let n = seen.row.markers.len();
     let pitch = seen
         .row

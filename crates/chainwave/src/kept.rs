@@ -31,17 +31,17 @@ struct Sidecar {
     /// What the table is about, such as a recording.
     subject: String,
     sha256: String,
-    key: Vec<Part>,
+    key: Vec<Dependency>,
 }
 
 /// One thing that the table depends on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Part {
+pub(crate) struct Dependency {
     name: String,
     value: String,
 }
 
-impl Part {
+impl Dependency {
     /// A thing by its name; the value is compared and never read back.
     pub(crate) fn new(name: &str, value: impl Into<String>) -> Self {
         Self { name: name.into(), value: value.into() }
@@ -71,7 +71,12 @@ impl KeptFolder {
     }
 
     /// The kept table of a name about a subject that depends on `key`; `None` where there is none, and what is wrong with a torn one.
-    pub(crate) fn table(&self, name: &str, subject: &str, key: &[Part]) -> Result<Option<Table>, String> {
+    pub(crate) fn table(
+        &self,
+        name: &str,
+        subject: &str,
+        key: &[Dependency],
+    ) -> Result<Option<Table>, String> {
         let path = self.path(name);
         if !path.exists() {
             return Ok(None);
@@ -95,7 +100,7 @@ impl KeptFolder {
         &self,
         name: &str,
         subject: &str,
-        key: &[Part],
+        key: &[Dependency],
         columns: Vec<Column>,
     ) -> Result<(), Error> {
         let path = self.path(name);
@@ -107,7 +112,7 @@ impl KeptFolder {
     }
 
     /// What the tables kept about a subject depend on.
-    fn keys_about(&self, subject: &str) -> Vec<Vec<Part>> {
+    fn keys_about(&self, subject: &str) -> Vec<Vec<Dependency>> {
         let Ok(entries) = fs::read_dir(&self.folder) else { return Vec::new() };
         let key = |path: PathBuf| {
             let text =
@@ -156,8 +161,8 @@ fn only_tracks(table: &Table) -> Result<RecordingTracks, ExperimentError> {
     Ok(tracks_of(table)?.pop().map_or(nothing, |(_, tracks)| tracks))
 }
 
-fn parts(key: &TrackKey) -> Vec<Part> {
-    key.parts.iter().map(|(name, value)| Part::new(name, value)).collect()
+fn parts(key: &TrackKey) -> Vec<Dependency> {
+    key.parts.iter().map(|(name, value)| Dependency::new(name, value)).collect()
 }
 
 /// The SHA-256 of bytes, in hexadecimal digits.

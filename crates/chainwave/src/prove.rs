@@ -25,7 +25,7 @@ use self::findings::{Finding, Said};
 use self::variant::Variant;
 use crate::cli;
 use crate::error::Error;
-use crate::kept::{KeptFolder, Part, digest};
+use crate::kept::{Dependency, KeptFolder, digest};
 use crate::outcome::Outcome;
 use crate::output::{remove_unfinished, write_text};
 use crate::parallel::threads;
@@ -157,7 +157,7 @@ struct Plan<'a> {
     /// What a report has to say one of for what is wrong to count as named; nothing where nothing is wrong.
     subjects: Vec<String>,
     /// What its findings depend on.
-    key: Vec<Part>,
+    key: Vec<Dependency>,
     /// Under which they are kept.
     name: String,
 }
@@ -202,11 +202,11 @@ impl<'a> Plan<'a> {
         let calibration = calibration.map(|name| read_text(&path.with_file_name(name))).transpose()?;
         let versions = format!("{EVALUATION_VERSION}, {}", chainwave_correlation::ALGORITHM_VERSION);
         let key = vec![
-            Part::new("experiment", text),
-            Part::new("trials", format!("{trials:?}")),
-            Part::new("calibration", calibration.unwrap_or_default()),
-            Part::new("algorithm", versions),
-            Part::new("findings", Finding::VERSION.to_string()),
+            Dependency::new("experiment", text),
+            Dependency::new("trials", format!("{trials:?}")),
+            Dependency::new("calibration", calibration.unwrap_or_default()),
+            Dependency::new("algorithm", versions),
+            Dependency::new("findings", Finding::VERSION.to_string()),
         ];
         let name = format!("{}-{}", variant.name(), &digest(format!("{key:?}").as_bytes())[..16]);
         Ok(Self { variant, experiment, trials, path, jobs: arguments.jobs, subjects, key, name })

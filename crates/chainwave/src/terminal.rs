@@ -12,7 +12,7 @@ use serde_json::{Map, Value, json};
 
 static IS_QUIET: AtomicBool = AtomicBool::new(false);
 static IS_JSON: AtomicBool = AtomicBool::new(false);
-static TOLD: Mutex<Told> = Mutex::new(Told {
+static PRINTED: Mutex<Printed> = Mutex::new(Printed {
     said: Vec::new(),
     failed: Vec::new(),
     keys: Vec::new(),
@@ -21,7 +21,7 @@ static TOLD: Mutex<Told> = Mutex::new(Told {
 });
 
 /// What was said so far.
-struct Told {
+struct Printed {
     said: Vec<String>,
     failed: Vec<String>,
     keys: Vec<(&'static str, Value)>,
@@ -125,6 +125,6 @@ pub(crate) fn close(error: Option<&str>) {
     object.iter().for_each(|object| print(&format!("{object:#}")));
 }
 
-fn told<R>(with: impl FnOnce(&mut Told) -> R) -> R {
-    with(&mut TOLD.lock().unwrap_or_else(PoisonError::into_inner))
+fn told<R>(with: impl FnOnce(&mut Printed) -> R) -> R {
+    with(&mut PRINTED.lock().unwrap_or_else(PoisonError::into_inner))
 }

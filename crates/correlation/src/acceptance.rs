@@ -13,7 +13,7 @@ use crate::search::chance::{
     RARE, chance_zncc, chance_zncc_by, correlation_length_px, expected_zncc, fisher,
 };
 use crate::search::patch::Patch;
-use crate::search::rivals::{Own, RIVAL_SHARE, Seen, best_rival};
+use crate::search::rivals::{Candidate, Own, RIVAL_SHARE, best_rival};
 use crate::search::template::Template;
 use crate::search::{area_around, region_around};
 use crate::warp::Warp;
@@ -183,7 +183,7 @@ impl Standard {
         peaks.retain(|peak| apart_px(peak) > self.own_px);
         let mut between_pixels = |place_px| {
             let found = subset.solve(&window, Warp::at(place_px), &mut workspace).ok()?;
-            Some(Seen { warp: found.warp(), zncc: found.position.zncc })
+            Some(Candidate { warp: found.warp(), zncc: found.position.zncc })
         };
         let own = Own { place_px: own_px, zncc: 1.0, length_px: self.own_px };
         let of_peak = |peak: &Found| best_rival(own, std::slice::from_ref(peak), &mut between_pixels);
@@ -199,7 +199,7 @@ impl Standard {
 
     /// Whether a match that was searched for may be one of the places that the reference shows to be alike, while the frame does not show the
     /// one where the subset then is: it stands at the frame's rim or beyond, where nothing is held against the match.
-    fn may_stand_beyond(&self, recording: &dyn Recording, subset: &PreparedSubset, found: Seen) -> bool {
+    fn may_stand_beyond(&self, recording: &dyn Recording, subset: &PreparedSubset, found: Candidate) -> bool {
         let frame = Region::whole(recording.info().width_px, recording.info().height_px);
         let flat = Warp { curvature: [0.0; 6], ..found.warp };
         let of_found = fisher(found.zncc);
@@ -246,9 +246,9 @@ impl Standard {
         recording: &dyn Recording,
         frame: usize,
         subset: &PreparedSubset,
-        found: Seen,
+        found: Candidate,
         origin: Origin,
-        again: impl FnMut(Warp) -> Option<Seen>,
+        again: impl FnMut(Warp) -> Option<Candidate>,
     ) -> Result<(), Lost> {
         let (n_trials, p, reach_px) = match (self.acceptance, origin) {
             (Acceptance::Zncc(least), _) => {
@@ -313,7 +313,11 @@ impl Standard {
     /// Whether iterations from starts around a match, a little off or turned, settle in another place with a better correlation.
     /// A texture that is turned or stretched holds the iteration in side maxima within its own correlation length, which resemble it more
     /// than chance does.
-    fn is_beside_a_better_one(&self, found: Seen, again: &mut impl FnMut(Warp) -> Option<Seen>) -> bool {
+    fn is_beside_a_better_one(
+        &self,
+        found: Candidate,
+        again: &mut impl FnMut(Warp) -> Option<Candidate>,
+    ) -> bool {
         let [x, y] = found.warp.position_px;
         let away_px = BESIDE * self.own_px;
         let moved = [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]]

@@ -1,10 +1,12 @@
 //! Why nothing could be tracked or correlated.
 
+pub(crate) mod no_markers;
+
 use std::path::PathBuf;
 
 use chainwave_measurement::{ReadError, Region};
 
-use crate::markers::no_markers::NoMarkers;
+use crate::error::no_markers::NoMarkers;
 
 /// Why a recording could not be tracked at all. A subset that is lost in some frames is no error: its track says so.
 #[derive(Debug, thiserror::Error)]

@@ -19,7 +19,7 @@ use crate::{PreparedSubset, Reference, Settings, Shape, Window, Workspace};
 /// What the matches of a subset say of its shape function.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ShapeEvidence {
-    /// The simplest shape function that is not rejected at [`ShapeEvidence::LEVEL`].
+    /// The simplest shape function that is not rejected at [`ShapeEvidence::SIGNIFICANCE_LEVEL`].
     pub shape: Shape,
     /// Probability of a displacement gradient like the one found, were there none.
     pub p_translation: f64,
@@ -31,7 +31,7 @@ pub struct ShapeEvidence {
 
 impl ShapeEvidence {
     /// Share of subsets whose simpler shape function is rejected though it is right.
-    pub const LEVEL: f64 = 0.01;
+    pub const SIGNIFICANCE_LEVEL: f64 = 0.01;
 
     /// Without a match there is nothing to choose by, and the usual shape function stays.
     const NONE: Self = Self { shape: Shape::Affine, p_translation: 1.0, p_affine: 1.0, n_matches: 0 };
@@ -91,9 +91,9 @@ impl ShapeTest {
             return ShapeEvidence::NONE;
         }
         let [p_translation, p_affine] = self.least.map(|p| (p * self.n_matches as f64).min(1.0));
-        let shape = if p_affine < ShapeEvidence::LEVEL {
+        let shape = if p_affine < ShapeEvidence::SIGNIFICANCE_LEVEL {
             Shape::Quadratic
-        } else if p_translation < ShapeEvidence::LEVEL {
+        } else if p_translation < ShapeEvidence::SIGNIFICANCE_LEVEL {
             Shape::Affine
         } else {
             Shape::Translation

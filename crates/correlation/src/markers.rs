@@ -6,7 +6,6 @@
 //! pitch (`row`) that with the most texture is taken. Ground between markers that holds edges, such as rings that touch, should be 40 px wide.
 
 mod held;
-pub(crate) mod no_markers;
 mod outline;
 mod patches;
 mod row;
@@ -14,8 +13,8 @@ mod texture;
 
 use chainwave_measurement::{Estimate, Lost, Recording, Region, Subset};
 
+use crate::error::no_markers::NoMarkers;
 use crate::expected::{expected_sigma, noise_between};
-use crate::markers::no_markers::NoMarkers;
 use crate::markers::patches::{Patch, patches};
 use crate::markers::row::{Row, best_row};
 use crate::markers::texture::Texture;

@@ -4,7 +4,7 @@ pub(crate) mod linearised;
 pub(crate) mod moments;
 pub(crate) mod normal;
 pub(crate) mod outline;
-mod part;
+mod region;
 pub(crate) mod response;
 pub(crate) mod steps;
 
@@ -19,7 +19,7 @@ use crate::interpolation_error::energy::InterpolationEnergy;
 use crate::interpolation_error::lagged::Surroundings;
 use crate::prepared::linearised::{Crop, Linearised, n_ones};
 use crate::prepared::normal::ReferenceNoise;
-use crate::prepared::part::Part;
+use crate::prepared::region::SubsetRegion;
 use crate::prepared::steps::Steps;
 use crate::reference::gradient::noise_variance;
 use crate::reference::image::ReferenceImage;
@@ -76,7 +76,7 @@ impl PreparedSubset {
     /// [`Lost::OutOfView`] when the reference does not hold the subset, [`Lost::NoTexture`] when its contrast does
     /// not locate it in both directions.
     pub fn new(reference: &Reference, subset: &Subset, settings: &Settings) -> Result<Self, Lost> {
-        let part = Part::new(reference, subset).ok_or(Lost::OutOfView)?;
+        let part = SubsetRegion::new(reference, subset).ok_or(Lost::OutOfView)?;
         let gradients = reference.gradients();
         let [columns, rows, ones] = reference.places(part.first_px(subset), part.width, part.height);
         let weights = part.weights(gradients.usable.as_deref(), subset);

@@ -5,6 +5,7 @@ pub(crate) mod filter;
 pub(crate) mod gradient;
 pub(crate) mod image;
 pub(crate) mod mask;
+pub(crate) mod shift;
 
 use std::sync::{Arc, OnceLock};
 

@@ -5,19 +5,18 @@
 //!
 //! What the film itself shows beyond shifts (turns, stretches, speed) is tried on its own frames ([`trial`]).
 //!
-//! Patches are shifted as in [`crate::self_test::shift`]. The patch counts as the scene, with the little noise
+//! Patches are shifted as in [`crate::reference::shift`]. The patch counts as the scene, with the little noise
 //! that the reference has, and fresh noise of the variance measured in one frame is added to each picture, less to a reference of several. So the error
 //! comes out on the safe side where the reference is a single noisy frame. Noise comes in pairs of opposite signs: what is linear in it, nearly
 //! all of the scatter, cancels in the mean, which so shows errors far below the noise.
 
-pub(crate) mod shift;
 mod trial;
 
 use chainwave_measurement::{MemoryRecording, Recording, Region, Subset};
 
 use crate::middle::is_bare_in_middle;
 use crate::reference::gradient::noise_variance;
-use crate::self_test::shift::{Normal, shifted};
+use crate::reference::shift::{Normal, shifted};
 use crate::self_test::trial::{OnFilm, Trial};
 use crate::subset_size::BORDER_PX;
 use crate::{CorrelationError, Method, PreparedSubset, Reference, ReferenceFrames, Settings};

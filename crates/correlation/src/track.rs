@@ -17,7 +17,7 @@ use std::ops::Range;
 use chainwave_measurement::{Estimate, Lost, Position, Recording, Region, Subset, Track};
 
 use crate::evidence::ShapeTest;
-use crate::track::bending::{AllTold, Told, tell};
+use crate::track::bending::{AllBends, BendEstimate, tell};
 use crate::track::follower::{Follower, Renewal};
 use crate::track::together::without_collisions;
 use crate::track::tracker::{Found, Tracker, track_both_ways};
@@ -93,7 +93,8 @@ pub fn track_by_evidence(
         let of_shape: Vec<Subset> = members.iter().map(|&i| subsets[i].clone()).collect();
         let settings = Settings { shape, ..settings.clone() };
         let mut again = track(recording, &of_shape, reference, &settings, progress)?;
-        let lacks = if shape == Shape::Quadratic { Told::with_fourth } else { Told::with_bend };
+        let lacks =
+            if shape == Shape::Quadratic { BendEstimate::with_fourth } else { BendEstimate::with_bend };
         correct(&mut again, members.iter().filter_map(|&i| told.get(i)), lacks);
         members.into_iter().zip(again).for_each(|(i, track)| tracks[i] = track);
     }
@@ -150,10 +151,10 @@ fn state_what_frames_tell(
     subsets: &[Subset],
     settings: &Settings,
     first: usize,
-) -> AllTold {
+) -> AllBends {
     widen(tracks, followers);
     let told = tell_bends(followers, subsets, settings);
-    correct(&mut *tracks, &told, Told::with_bend);
+    correct(&mut *tracks, &told, BendEstimate::with_bend);
     carry_bends(tracks, &told, followers, first);
     told
 }
@@ -166,7 +167,7 @@ fn widen(tracks: &mut [Track], followers: &mut [Follower<'_>]) {
 }
 
 /// What is known of the subsets' bends; nothing where it was not asked.
-fn tell_bends(followers: &mut [Follower<'_>], subsets: &[Subset], settings: &Settings) -> AllTold {
+fn tell_bends(followers: &mut [Follower<'_>], subsets: &[Subset], settings: &Settings) -> AllBends {
     if !settings.surfaces_bend {
         return Vec::new();
     }
@@ -177,8 +178,8 @@ fn tell_bends(followers: &mut [Follower<'_>], subsets: &[Subset], settings: &Set
 /// Corrects places by what is known of their bends, where it is.
 fn correct<'a>(
     tracks: impl IntoIterator<Item = &'a mut Track>,
-    told: impl IntoIterator<Item = &'a Vec<[Option<Told>; 2]>>,
-    with: fn(&Told, Estimate) -> Estimate,
+    told: impl IntoIterator<Item = &'a Vec<[Option<BendEstimate>; 2]>>,
+    with: fn(&BendEstimate, Estimate) -> Estimate,
 ) {
     for (track, told) in tracks.into_iter().zip(told) {
         for (position, [x, y]) in track.positions.iter_mut().zip(told) {
@@ -191,7 +192,7 @@ fn correct<'a>(
 }
 
 /// A subset that was prepared anew was taken from where the affine match had it: what that lacked, all places behind it lack too.
-fn carry_bends(tracks: &mut [Track], told: &AllTold, followers: &[Follower<'_>], first: usize) {
+fn carry_bends(tracks: &mut [Track], told: &AllBends, followers: &[Follower<'_>], first: usize) {
     for ((track, told), follower) in tracks.iter_mut().zip(told).zip(followers) {
         for &Renewal { frame: renewed, until } in &follower.renewals {
             let Some(lacked) = told.get(renewed) else { continue };
@@ -213,7 +214,7 @@ fn carry_bends(tracks: &mut [Track], told: &AllTold, followers: &[Follower<'_>],
 /// Points of a surface of which some deform are not held still by what their own few readings cannot tell: a wave stretches nothing at its
 /// crests, and bends most there.
 fn deform_together(evidence: &mut [ShapeEvidence]) {
-    let level = ShapeEvidence::LEVEL / evidence.len().max(1) as f64;
+    let level = ShapeEvidence::SIGNIFICANCE_LEVEL / evidence.len().max(1) as f64;
     let deforms = |one: &ShapeEvidence| one.p_translation < level || one.p_affine < level;
     if evidence.iter().any(deforms) {
         for one in evidence.iter_mut().filter(|one| one.shape == Shape::Translation) {

@@ -14,9 +14,11 @@ mod filmed_view;
 mod ground;
 mod law_file;
 mod named;
+pub(crate) mod outline;
 mod pattern;
 mod precompression;
 mod rings;
+pub(crate) mod shaker;
 mod tracking;
 mod trial;
 mod trials;
@@ -50,9 +52,9 @@ pub use self::tracking::Tracking;
 pub use self::trial::Trial;
 pub use self::true_chain::TrueChain;
 use crate::error::Error;
-use crate::numbers::{NotNegative, Positive};
-use crate::table::Table;
-use crate::text_file::{parse_toml, read_text};
+use crate::input::numbers::{NotNegative, Positive};
+use crate::input::table::Table;
+use crate::input::text_file::{parse_toml, read_text};
 
 /// An experiment: one chain, filmed in several views and trials.
 #[derive(Debug, Clone, Serialize, Deserialize)]

@@ -1,5 +1,9 @@
 //! What follows from the tracks: stitched motion, wave quantities, fits, and the model beside the measurement.
 
+pub(crate) mod decisions;
+pub(crate) mod strikers;
+pub(crate) mod truth;
+
 use std::num::NonZero;
 
 use chainwave_analysis::{CameraMotion, Measurement, Pulses};
@@ -9,27 +13,27 @@ use chainwave_inference::{
 use chainwave_measurement::{Observation, both_in_parallel};
 use chainwave_stitching::{Assumption, Outlier, Stitched};
 
+use crate::chain::stated_motion::StatedMotion;
 use crate::configuration::Experiment;
-use crate::damping::StatedDamping;
 use crate::error::Error;
 use crate::finding::Finding;
-use crate::fits::{Departures, Fits, Material, ReadOff, known};
-use crate::joining::Unjoined;
-use crate::joint::Joint;
+use crate::fitting::damping::StatedDamping;
+use crate::fitting::fits::{Departures, Fits, Material, ReadOff, known};
+use crate::fitting::model_beside::{ModelBeside, model_beside};
+use crate::merging::joining::Unjoined;
+use crate::merging::joint::Joint;
+use crate::merging::picture_geometry::PictureGeometry;
+use crate::merging::side_motion::SideMotion;
+use crate::merging::stabilisation::Stabilisation;
 use crate::merging::{Merged, merged};
-use crate::model_beside::{ModelBeside, model_beside};
 use crate::monitor::{Monitor, Stage};
-use crate::notices::{
-    aligned_by_one_striker, aligned_without_body_1, before_the_wave, not_aligned, not_shown, notices,
-};
-use crate::picture_geometry::PictureGeometry;
 use crate::sanity::speed;
 use crate::setup::Setup;
-use crate::side_motion::SideMotion;
-use crate::standing::Standings;
-use crate::stated_motion::StatedMotion;
-use crate::steadying::Steadying;
 use crate::tracked::Tracked;
+use crate::tracking::notices::{
+    aligned_by_one_striker, aligned_without_body_1, before_the_wave, not_aligned, not_shown, notices,
+};
+use crate::tracking::recording_alignment::RecordingAlignments;
 
 /// To be raised whenever the same tracks would give other results; `golden_results` among the tests of the whole guards it.
 pub const EVALUATION_VERSION: u32 = 22;
@@ -43,7 +47,7 @@ pub struct Evaluation {
     /// What contradicts the experiment.
     pub findings: Vec<Finding>,
     /// Whether the camera moves.
-    pub(crate) steadying: Steadying,
+    pub(crate) stabilisation: Stabilisation,
     /// What of the camera is shared by frames and trials: its motion, its scale, and what lies on its sensor.
     pub(crate) of_camera: Vec<Finding>,
     /// What bodies tell of the camera's view and its lens.
@@ -57,7 +61,7 @@ pub struct Evaluation {
     /// What merging took to be so.
     pub(crate) assumptions: Vec<Assumption>,
     /// Trigger and drive of each recording, by the model where the tracks accept it.
-    pub standings: Standings,
+    pub recording_alignments: RecordingAlignments,
     /// Front, group velocity, half width, energies, spectra.
     pub measurement: Measurement,
     /// The pulses one by one, and where they meet.
@@ -100,7 +104,15 @@ pub fn evaluate(
     let Merged { joint, of_camera, shared, side_motion, shortening, reading_errors, assumptions } =
         merged(setup, tracked, &stated, n_threads)?;
     let Joint {
-        setup: mapped, scale, geometry, observations, steadying, stitched, left_out, unjoined, ..
+        setup: mapped,
+        scale,
+        geometry,
+        observations,
+        stabilisation,
+        stitched,
+        left_out,
+        unjoined,
+        ..
     } = joint;
     step();
     let known = &known(experiment, &mapped.map, &scale, shortening);
@@ -117,15 +129,16 @@ pub fn evaluate(
     let without_release = || StatedDamping::of(&track_fit, &imposed_fit, &energy_fit, critical);
     let of_release = release_fit.as_ref().map(|fit| StatedDamping::of_release(fit, critical));
     let damping = of_release.unwrap_or_else(without_release);
-    let standings =
-        Standings::of(&stitched.alignments, accepted(&track_fit), experiment.far_striker.is_some());
+    let recording_alignments =
+        RecordingAlignments::of(&stitched.alignments, accepted(&track_fit), experiment.far_striker.is_some());
     let of_model = track_fit.iter().flat_map(TrackFit::warnings);
-    let mut notices: Vec<Finding> = notices(experiment, &tracked.recordings, &observations, &standings)
-        .into_iter()
-        .chain(before_the_wave(&observations, &reached))
-        .chain(of_drive(experiment, &observations))
-        .chain(Finding::all_of("chain_model", "the chain model", of_model))
-        .collect();
+    let mut notices: Vec<Finding> =
+        notices(experiment, &tracked.recordings, &observations, &recording_alignments)
+            .into_iter()
+            .chain(before_the_wave(&observations, &reached))
+            .chain(of_drive(experiment, &observations))
+            .chain(Finding::all_of("chain_model", "the chain model", of_model))
+            .collect();
     let believed = track_fit.as_ref().ok().filter(|fit| fit.is_believed());
     let model = believed
         .map(|fit| model_beside(experiment, &stitched.motion, fit, used))
@@ -145,12 +158,12 @@ pub fn evaluate(
         findings: tracked.findings.iter().cloned().chain(speed).collect(),
         of_camera,
         geometry,
-        steadying,
+        stabilisation,
         notices,
         stitched,
         side_motion,
         assumptions,
-        standings,
+        recording_alignments,
         measurement,
         pulses,
         track_fit,
@@ -174,7 +187,7 @@ fn of_drive(experiment: &Experiment, observations: &[Observation]) -> Vec<Findin
 impl Evaluation {
     /// The camera's motion, where the camera is told to move; it was taken out.
     pub fn camera_motion(&self) -> Option<&CameraMotion> {
-        self.steadying.motion()
+        self.stabilisation.motion()
     }
 
     /// What the reader should know.

@@ -27,7 +27,7 @@ pub use self::rings::ring_centres;
 use self::rubbed::rubbed;
 pub use self::truth::{MeanMotion, StrikerTruth, TrueTrial, Truth};
 pub use self::wrong_chains::WrongChain;
-use crate::calibration::ChainMap;
+use crate::camera::calibration::ChainMap;
 use crate::configuration::{self, Experiment, Synthetic, Trial};
 use crate::error::Error;
 use crate::monitor::{Monitor, Stage};

@@ -1,27 +1,38 @@
 //! Recordings merged to one motion, with every error that its samples share.
 
+pub(crate) mod between_views;
+pub(crate) mod direction;
+pub(crate) mod inclination;
+pub(crate) mod joining;
+pub(crate) mod joint;
+pub(crate) mod picture_errors;
+pub(crate) mod picture_geometry;
+pub(crate) mod shared_errors;
+pub(crate) mod side_motion;
+pub(crate) mod stabilisation;
+
 use std::num::NonZero;
 
 use chainwave_measurement::ReadingError;
 use chainwave_stitching::{Assumption, FirstBody, Settings, merge};
 
-use crate::between_views::BetweenViews;
+use crate::chain::stated_motion::StatedMotion;
 use crate::configuration::Experiment;
-use crate::direction::against_the_chain;
 use crate::error::Error;
 use crate::finding::Finding;
-use crate::inclination::Inclination;
-use crate::joint::Joint;
-use crate::numbers::{NotNegative, Positive};
-use crate::picture_errors::PictureErrors;
-use crate::picture_geometry::PictureGeometry;
+use crate::input::numbers::{NotNegative, Positive};
+use crate::merging::between_views::BetweenViews;
+use crate::merging::direction::against_the_chain;
+use crate::merging::inclination::Inclination;
+use crate::merging::joint::Joint;
+use crate::merging::picture_errors::PictureErrors;
+use crate::merging::picture_geometry::PictureGeometry;
+use crate::merging::shared_errors::SharedErrors;
+use crate::merging::side_motion::SideMotion;
 use crate::sanity::MOVING_LIGHT;
 use crate::setup::Setup;
-use crate::shared_errors::SharedErrors;
-use crate::side_motion::SideMotion;
-use crate::stated_motion::StatedMotion;
+use crate::timing::unresolved::UnresolvedMotion;
 use crate::tracked::Tracked;
-use crate::unresolved::Unresolved;
 
 /// Recordings merged to one motion.
 pub(crate) struct Merged<'a> {
@@ -52,7 +63,7 @@ pub(crate) fn merged<'a>(
     let rest_until_s = experiment.tracking.rest_until_s;
     let m_per_px = joint.setup.map.m_per_px().value;
     let picture_errors =
-        PictureErrors::of(&joint.as_read, rest_until_s, &joint.steadying.rests_until_s, m_per_px);
+        PictureErrors::of(&joint.as_read, rest_until_s, &joint.stabilisation.rests_until_s, m_per_px);
     let of_views = joint.scale.reading_errors(&joint.observations, rest_until_s);
     let of_clocks = joint.clocks.errors(&joint.observations);
     let of_views = [of_views, joint.geometry_errors.clone(), of_clocks.clone()].concat();
@@ -67,13 +78,13 @@ pub(crate) fn merged<'a>(
         joint.stitched =
             merge(&joint.observations, &with([of_views.clone(), apart.errors.clone()].concat()))?;
     }
-    let as_merged = |observations| apart.noise_of(joint.steadying.steadied(observations));
-    let Joint { setup: mapped, recordings, steadying, stitched, .. } = &joint;
+    let as_merged = |observations| apart.noise_of(joint.stabilisation.steadied(observations));
+    let Joint { setup: mapped, recordings, stabilisation, stitched, .. } = &joint;
     let shared = SharedErrors::of(mapped, recordings, &as_merged, &settings, stitched, n_threads)?;
-    let mut side_motion = SideMotion::of(mapped, recordings, steadying, &settings, stitched, n_threads)?;
+    let mut side_motion = SideMotion::of(mapped, recordings, stabilisation, &settings, stitched, n_threads)?;
     side_motion.widen(&without_pictures, &stitched.motion);
     let inclination = Inclination::of(&joint.stitched.motion, &side_motion);
-    let rests_until_s = &joint.steadying.rests_until_s;
+    let rests_until_s = &joint.stabilisation.rests_until_s;
     // What lies on the sensor is seen apart by two views as well, and is counted already.
     let between_views = if picture_errors.is_found() { None } else { joint.between_views() };
     let of_each_view =
@@ -83,9 +94,10 @@ pub(crate) fn merged<'a>(
     }
     let motion = &mut joint.stitched.motion;
     shared.add_to(motion);
-    joint.steadying.add_to(motion, &joint.observations);
+    joint.stabilisation.add_to(motion, &joint.observations);
     // What pictures add to the noise of a body that moves is as white, and has its name.
-    let unresolved = (!picture_errors.is_found()).then(|| Unresolved::of(&joint.observations, rest_until_s));
+    let unresolved =
+        (!picture_errors.is_found()).then(|| UnresolvedMotion::of(&joint.observations, rest_until_s));
     if let Some(unresolved) = &unresolved {
         unresolved.add_to(motion);
     }
@@ -93,14 +105,14 @@ pub(crate) fn merged<'a>(
     if let Some(inclination) = &inclination {
         inclination.add_to(motion);
     }
-    joint.observations = joint.steadying.widened(joint.observations);
+    joint.observations = joint.stabilisation.widened(joint.observations);
     let light_moves = tracked.findings.iter().any(|finding| finding.code == MOVING_LIGHT);
     let of_camera = [
         against_the_chain(experiment, &joint.stitched.motion).into_iter().collect(),
         joint.geometry.iter().map(PictureGeometry::finding).collect(),
         joint.clocks.findings(&joint.observations),
-        Finding::all_of("camera_moves", "the camera", joint.steadying.warning(light_moves)),
-        Finding::all_of("precursor", "bodies ahead of the wave", joint.steadying.precursor()),
+        Finding::all_of("camera_moves", "the camera", joint.stabilisation.warning(light_moves)),
+        Finding::all_of("precursor", "bodies ahead of the wave", joint.stabilisation.precursor()),
         Finding::all_of("scale", "camera.scale_px_per_m", joint.scale.warnings()),
         Finding::all_of("picture_errors", "the pictures", picture_errors.warnings(light_moves)),
         Finding::all_of("frame_rate", "the frame rate", unresolved.and_then(|found| found.warning())),
@@ -124,7 +136,7 @@ fn stitching_settings(experiment: &Experiment, stated: &StatedMotion) -> Setting
     Settings {
         rest_until_s: experiment.tracking.rest_until_s,
         drive_scatter: Some(experiment.drive_scatter()),
-        first_body: if experiment.is_shaken() { FirstBody::Prescribed } else { FirstBody::Free },
+        first_body: if experiment.is_shaken() { FirstBody::Imposed } else { FirstBody::Free },
         trigger_sigma_s: experiment.trigger.sigma_s.map(Positive::get),
         view_trigger_sigma_s: experiment.trigger.view_sigma_s.map(NotNegative::get),
         stated_responses: stated.responses.clone(),

@@ -50,20 +50,20 @@ use self::precision::{both, precision};
 use self::readings::Readings;
 use self::rehearsal::Rehearsal;
 use self::schedule::{PlannedRecording, Schedule};
-use crate::calibration::ChainMap;
+use crate::camera::calibration::ChainMap;
+use crate::chain::measuring::chosen_gaps;
+use crate::chain::stated_motion::StatedMotion;
 use crate::error::Error;
 use crate::evaluation::evaluate;
-use crate::failed_recording::FailedRecording;
 use crate::finding::Finding;
-use crate::fits::{known, track_model};
-use crate::joint::Joint;
-use crate::measuring::chosen_gaps;
+use crate::fitting::fits::{known, track_model};
+use crate::merging::joint::Joint;
 use crate::merging::{Merged, merged};
 use crate::monitor::{Monitor, Stage};
+use crate::recordings::failed_recording::FailedRecording;
+use crate::recordings::view::unreadable;
 use crate::sanity::check;
 use crate::setup::Setup;
-use crate::stated_motion::StatedMotion;
-use crate::view::unreadable;
 
 /// What an experiment will tell.
 #[derive(Debug, Clone)]

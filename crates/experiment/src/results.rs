@@ -2,18 +2,18 @@
 
 use std::num::NonZero;
 
-use crate::decisions::{Decision, decide};
 use crate::error::Error;
+use crate::evaluation::decisions::{Decision, decide};
+use crate::evaluation::truth::{KnownTruth, known_truth};
 use crate::evaluation::{Evaluation, evaluate};
 use crate::monitor::Monitor;
-use crate::notices::not_compared;
-use crate::recording_state::{RecordingState, recording_states};
+use crate::recordings::recording_state::{RecordingState, recording_states};
 use crate::sanity::check;
 use crate::setup::Setup;
-use crate::store::TrackStore;
 use crate::tracked::Tracked;
+use crate::tracking::notices::not_compared;
+use crate::tracking::store::TrackStore;
 use crate::tracking::track;
-use crate::truth::{KnownTruth, known_truth};
 
 /// What a run found.
 pub struct Results {

@@ -8,12 +8,12 @@ use chainwave_camera::OpenOptions;
 use chainwave_correlation::Method;
 use chainwave_measurement::{Estimate, Recording, RecordingInfo};
 
-use crate::calibration::ChainMap;
+use crate::camera::calibration::ChainMap;
+use crate::camera::sensor::SensorFiles;
 use crate::configuration::{Experiment, Trial};
 use crate::corrections::Corrections;
 use crate::error::Error;
-use crate::numbers::{NotNegative, Positive};
-use crate::sensor::SensorFiles;
+use crate::input::numbers::{NotNegative, Positive};
 
 /// Recordings that the caller has opened or holds in memory, by their names in the trials table.
 pub type HeldRecordings = BTreeMap<String, Arc<dyn Recording>>;

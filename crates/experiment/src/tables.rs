@@ -3,6 +3,7 @@
 pub(crate) mod field;
 pub(crate) mod motion;
 pub(crate) mod pulses;
+pub(crate) mod result_table;
 pub(crate) mod simulated;
 pub(crate) mod tracks;
 pub(crate) mod wave;

@@ -3,12 +3,12 @@
 use chainwave_camera::PlaneMap;
 use chainwave_measurement::{Estimate, Observation};
 
-use crate::calibration::ChainMap;
+use crate::camera::calibration::ChainMap;
 use crate::configuration::Trial;
-use crate::failed_recording::FailedRecording;
 use crate::finding::Finding;
-use crate::frame_steps::{FrameStep, frame_steps, put_right};
-use crate::stages::Stages;
+use crate::geometry::stages::Stages;
+use crate::recordings::failed_recording::FailedRecording;
+use crate::timing::frame_steps::{FrameStep, frame_steps, put_right};
 use crate::tracks::{Coordinate, RecordingTracks};
 
 /// The tracks of all recordings that could be read.

@@ -1,26 +1,39 @@
 //! From recordings to tracks: which subsets lie in each view, what is kept of earlier runs, and what is followed anew.
 
+pub(crate) mod follow;
+pub(crate) mod key;
+pub(crate) mod lost_bodies;
+pub(crate) mod matching;
+pub(crate) mod notices;
+pub(crate) mod picture_field;
+pub(crate) mod points;
+pub(crate) mod recording_alignment;
+pub(crate) mod share;
+pub(crate) mod shot;
+pub(crate) mod store;
+pub(crate) mod unseen_bodies;
+
 use std::num::NonZero;
 
 use chainwave_measurement::{BodyTrack, Estimate, Observation, Subset, map_in_parallel};
 
 use crate::configuration::Trial;
 use crate::error::Error;
-use crate::failed_recording::FailedRecording;
 use crate::finding::{Finding, Sanity};
-use crate::follow::{edges_beside, follow, threads_of_each};
-use crate::key::{Task, TrackKey};
+use crate::geometry::stages::Stages;
 use crate::monitor::{Monitor, Stage};
-use crate::notices::remarks;
+use crate::recordings::failed_recording::FailedRecording;
+use crate::recordings::unreadable_frames::unreadable_frames;
+use crate::recordings::view::{bodies_in_view, frames_at_rest};
 use crate::sanity::{MOTION_AT_REST, moving_light, of_tracks, rolling_shutter};
 use crate::setup::Setup;
-use crate::share::Share;
-use crate::stages::Stages;
-use crate::store::{Kept, TrackStore};
 use crate::tracked::{Origin, Tracked, TrackedRecording};
+use crate::tracking::follow::{edges_beside, follow, threads_of_each};
+use crate::tracking::key::{Task, TrackKey};
+use crate::tracking::notices::remarks;
+use crate::tracking::share::Share;
+use crate::tracking::store::{Kept, TrackStore};
 use crate::tracks::RecordingTracks;
-use crate::unreadable_frames::unreadable_frames;
-use crate::view::{bodies_in_view, frames_at_rest};
 use crate::wording::grouped;
 
 /// Tracks every recording that the store does not hold yet and that made sense before work. One that fails is named and left out.

@@ -12,7 +12,7 @@ use crate::style::POINT_MM;
 
 const POINTS_PER_MM: f32 = (1.0 / POINT_MM) as f32;
 /// Effort of the compression, of 10.
-const LEVEL: u8 = 6;
+const COMPRESSION_LEVEL: u8 = 6;
 
 /// The bytes of the file.
 pub(crate) fn document(drawing: &Drawing) -> Vec<u8> {
@@ -41,13 +41,13 @@ pub(crate) fn document(drawing: &Drawing) -> Vec<u8> {
     leaf.finish();
     for (i, raster) in rasters.into_iter().enumerate() {
         let bytes: Vec<u8> = raster.pixels.iter().flat_map(|&Rgb(r, g, b)| [r, g, b]).collect();
-        let packed = compress_to_vec_zlib(&bytes, LEVEL);
+        let packed = compress_to_vec_zlib(&bytes, COMPRESSION_LEVEL);
         let mut image = pdf.image_xobject(picture_ref(i), &packed);
         image.filter(Filter::FlateDecode);
         image.width(raster.width_px as i32).height(raster.height_px as i32);
         image.bits_per_component(8).color_space().device_rgb();
     }
-    let packed = compress_to_vec_zlib(&content(drawing), LEVEL);
+    let packed = compress_to_vec_zlib(&content(drawing), COMPRESSION_LEVEL);
     pdf.stream(contents, &packed).filter(Filter::FlateDecode);
     pdf.finish()
 }

@@ -115,9 +115,11 @@ fn fit_best(curve: Curve, zero: Zero, start_m: f64) -> Result<Found, ContactFitE
 /// Refuses a straight line: with no curvature, any delta_0 fits as well with p = 1.
 fn check_curvature(curve: &Curve, unknowns: Unknowns, start_m: f64) -> Result<(), ContactFitError> {
     let in_contact = if unknowns.start { curve.beyond(start_m) } else { curve.clone() };
-    let freedom = in_contact.len().saturating_sub(2 + usize::from(unknowns.offset)).max(1);
+    let degrees_of_freedom = in_contact.len().saturating_sub(2 + usize::from(unknowns.offset)).max(1);
     match straightness(&in_contact, unknowns.offset) {
-        Some((slope, curvature)) if curvature.value.abs() <= student(REAL, freedom) * curvature.sigma => {
+        Some((slope, curvature))
+            if curvature.value.abs() <= student(REAL, degrees_of_freedom) * curvature.sigma =>
+        {
             Err(ContactFitError::StraightLine { k_0_n_per_m: slope.value, k_0_sigma_n_per_m: slope.sigma })
         }
         _ => Ok(()),

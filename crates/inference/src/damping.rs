@@ -1,7 +1,7 @@
 //! The damping that the fits find, and what they all assume of it.
 
 use chainwave_analysis::probability::normal_beyond;
-use chainwave_analysis::{LEVEL, Rule};
+use chainwave_analysis::{Rule, SIGNIFICANCE_LEVEL};
 use chainwave_measurement::Estimate;
 use chainwave_mechanics::Chain;
 
@@ -108,9 +108,9 @@ pub fn damping_rule() -> Rule {
         question: "damping",
         text: format!(
             "each of c_d and c_s is zero unless told from it (one-sided, {} % level)",
-            100.0 * LEVEL
+            100.0 * SIGNIFICANCE_LEVEL
         ),
-        level: Some(LEVEL),
+        level: Some(SIGNIFICANCE_LEVEL),
         rates: measured_rates::DAMPING.to_vec(),
     }
 }

@@ -6,7 +6,7 @@ use chainwave_measurement::ChainMotion;
 use nalgebra::{DMatrix, DVector};
 
 use crate::error::FitError;
-use crate::excess::{freedom, reduced_chi_squared};
+use crate::excess::{degrees_of_freedom, reduced_chi_squared};
 use crate::least_squares::NormalEquations;
 
 /// The displacements that are compared.
@@ -64,7 +64,7 @@ impl<'a> Displacements<'a> {
             Some(((x.value - predicted[i]) / x.sigma).powi(2))
         };
         let squares: f64 = self.samples.iter().enumerate().filter_map(residual).sum();
-        reduced_chi_squared(squares, freedom(self.samples.len(), n_without_prior))
+        reduced_chi_squared(squares, degrees_of_freedom(self.samples.len(), n_without_prior))
     }
 }
 

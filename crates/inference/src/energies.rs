@@ -13,7 +13,7 @@ use ndarray::Array2;
 
 use crate::damping::{Damping, STARTS};
 use crate::error::FitError;
-use crate::excess::{freedom, inflation, reduced_chi_squared};
+use crate::excess::{degrees_of_freedom, inflation, reduced_chi_squared};
 use crate::least_squares::{Failure, Stop, least_of};
 use prediction::{DRIVE_SCALE, Prediction, Times, VELOCITY, known_of};
 use residuals::{Comparison, EnergyResiduals};
@@ -71,11 +71,15 @@ pub fn fit_peak_energies(
 ///
 /// With a covariance that is itself an estimate the sum of squares follows Hotelling's T^2, an F distribution of as many further degrees of freedom as
 /// replicas are more than energies (T. W. Anderson, An Introduction to Multivariate Statistical Analysis (2003), theorem 5.2.2).
-fn chance(reduced_chi_squared: f64, freedom: usize, (n_energies, n_replicas): (usize, usize)) -> f64 {
+fn chance(
+    reduced_chi_squared: f64,
+    degrees_of_freedom: usize,
+    (n_energies, n_replicas): (usize, usize),
+) -> f64 {
     let more = n_replicas.saturating_sub(n_energies) as f64;
     // The mean of F, which the correction of the covariance has taken out.
     let mean = more / (more - 2.0);
-    variance_ratio_beyond(mean * reduced_chi_squared, freedom as f64, more)
+    variance_ratio_beyond(mean * reduced_chi_squared, degrees_of_freedom as f64, more)
 }
 
 /// Follows several starting points, and takes the covariance at the lowest minimum; the `numbers` are of energies and of replicas.
@@ -86,8 +90,8 @@ fn fit(problem: &EnergyResiduals<'_>, numbers: (usize, usize)) -> Result<EnergyF
     let (_, covariance) = minimum.solved().map_err(failure)?;
     let values = &minimum.at.shared;
     let n_residuals = problem.n_residuals();
-    let freedom = freedom(n_residuals, values.len());
-    let reduced_chi_squared = reduced_chi_squared(minimum.chi_squared(), freedom);
+    let degrees_of_freedom = degrees_of_freedom(n_residuals, values.len());
+    let reduced_chi_squared = reduced_chi_squared(minimum.chi_squared(), degrees_of_freedom);
     let inflation = inflation(reduced_chi_squared);
     let estimate = |i: usize| Estimate::new(values[i], inflation * covariance[(i, i)].sqrt());
     Ok(EnergyFit {
@@ -100,7 +104,7 @@ fn fit(problem: &EnergyResiduals<'_>, numbers: (usize, usize)) -> Result<EnergyF
         drive_scale: values[DRIVE_SCALE],
         factors: known_of(problem.model).found(estimate),
         reduced_chi_squared,
-        p_value: chance(reduced_chi_squared, freedom, numbers),
+        p_value: chance(reduced_chi_squared, degrees_of_freedom, numbers),
         n_residuals,
         n_simulations: problem.n_simulations(),
     })

@@ -34,7 +34,7 @@ use bootstrap::bootstrap;
 use departure::{scatter_of_bodies_at, softening_at};
 use discrepancy::discrepancy;
 use profile::interval_95;
-use residuals::{TrackResiduals, freedom};
+use residuals::{TrackResiduals, degrees_of_freedom};
 use selection::{Fit, Rival, Rivals, Told, explained};
 
 pub use aligned::{AlignedMotion, aligned_motion};
@@ -156,7 +156,7 @@ fn finish(
     let (reduced, covariance) = minimum.solved().map_err(|why: Failure<FitError>| problem.failure(why))?;
     let errors = OwnCovariance::of(&reduced, &covariance);
     let chi_squared = minimum.chi_squared();
-    let reduced_chi_squared = excess::reduced_chi_squared(chi_squared, freedom(problem));
+    let reduced_chi_squared = excess::reduced_chi_squared(chi_squared, degrees_of_freedom(problem));
     let inflation = excess::inflation(reduced_chi_squared);
     let estimate = |value: f64, variance: f64| Estimate::new(value, inflation * variance.sqrt());
     let of_shared = |i: usize| estimate(at.shared[i], covariance[(i, i)]);
@@ -180,14 +180,14 @@ fn finish(
     let asked = fit.asked.iter().zip(N_DAMPINGS + fit.model.known.len()..);
     let recording = |(r, own): (usize, &Own)| {
         let (of_own, about_mean) = (errors.of_each[r], errors.about_mean[r]);
-        let (squares, freedom) = problem.of_recording(r, equations, at);
+        let (squares, degrees_of_freedom) = problem.of_recording(r, equations, at);
         FittedRecording {
             recording: problem.observations[r].recording.clone(),
             striker_velocity_m_per_s: estimate(own[0], of_own[(0, 0)]),
             impact_time_s: estimate(own[1], of_own[(1, 1)]),
             drive_deviation: estimate(own[0] - mean[0], about_mean[(0, 0)]).scaled(mean[0].recip()),
             trigger_offset_s: estimate(own[1] - mean[1], about_mean[(1, 1)]),
-            scatter_ratio: (squares / freedom.max(1.0)).sqrt(),
+            scatter_ratio: (squares / degrees_of_freedom.max(1.0)).sqrt(),
         }
     };
     Ok(TrackFit {
@@ -259,7 +259,7 @@ pub(crate) fn tested(
 
 /// What a sum of squares does to standard uncertainties.
 fn inflation_of(problem: &TrackResiduals<'_>, chi_squared: f64) -> f64 {
-    excess::inflation(excess::reduced_chi_squared(chi_squared, freedom(problem)))
+    excess::inflation(excess::reduced_chi_squared(chi_squared, degrees_of_freedom(problem)))
 }
 
 #[cfg(test)]

@@ -11,14 +11,14 @@ pub fn median(mut values: Vec<f64>) -> Option<f64> {
 
 /// Standard deviation about zero of values of which most are normal, by the median of their amounts, which few strays do not move; `None`
 /// of no value.
-pub fn usual_size(values: impl IntoIterator<Item = f64>) -> Option<f64> {
+pub fn robust_sigma_about_zero(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     Some(median(values.into_iter().map(f64::abs).collect())? / MEDIAN_AMOUNT)
 }
 
 /// Centre and standard deviation of values of which most are normal, by the median and by that of the distances from it; `None` of no value.
-pub fn centre_and_scatter(values: Vec<f64>) -> Option<[f64; 2]> {
+pub fn median_and_robust_sigma(values: Vec<f64>) -> Option<[f64; 2]> {
     let centre = median(values.clone())?;
-    Some([centre, usual_size(values.into_iter().map(|value| value - centre))?])
+    Some([centre, robust_sigma_about_zero(values.into_iter().map(|value| value - centre))?])
 }
 
 #[cfg(test)]
@@ -31,11 +31,11 @@ mod tests {
 
     #[test]
     fn a_stray_does_not_move_what_the_others_tell() {
-        let [centre, scatter] = centre_and_scatter(NEARLY_NORMAL.to_vec()).unwrap();
+        let [centre, scatter] = median_and_robust_sigma(NEARLY_NORMAL.to_vec()).unwrap();
         // One stray of ten moves ranks by a half: between two tenths of the distribution, which are 0.51 apart.
         assert!((centre - 3.0).abs() < 0.51 && (scatter - 2.0).abs() < 0.51, "{centre}, {scatter}");
-        assert_eq!(usual_size([MEDIAN_AMOUNT, -1.0, 0.1]), Some(1.0));
-        assert!(centre_and_scatter(Vec::new()).is_none() && usual_size([]).is_none());
+        assert_eq!(robust_sigma_about_zero([MEDIAN_AMOUNT, -1.0, 0.1]), Some(1.0));
+        assert!(median_and_robust_sigma(Vec::new()).is_none() && robust_sigma_about_zero([]).is_none());
     }
 
     #[test]

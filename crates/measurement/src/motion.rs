@@ -182,6 +182,18 @@ pub struct ChainMotion {
 }
 
 impl ChainMotion {
+    /// A motion of which nothing was seen yet: so many bodies, at these times.
+    pub fn unseen(n_bodies: usize, times_s: Vec<f64>) -> Self {
+        let shape = (n_bodies, times_s.len());
+        Self {
+            times_s,
+            displacement_m: Array2::from_elem(shape, None),
+            independent_sigma_m: Array2::zeros(shape),
+            modes: ErrorModes::default(),
+            n_trials: Array2::zeros(shape),
+        }
+    }
+
     /// Number of bodies.
     pub fn n_bodies(&self) -> usize {
         self.displacement_m.nrows()

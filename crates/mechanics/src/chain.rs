@@ -3,8 +3,8 @@
 
 mod automatic;
 mod change;
-mod course;
 mod front;
+mod gap_interpolant;
 mod ledger;
 mod linear_chain;
 mod record;

@@ -11,7 +11,7 @@ use chainwave_experiment::{
     strain_table,
 };
 use chainwave_inference::{TrackModel, critical_kg_per_s, fit_tracks, reached};
-use chainwave_measurement::{BodyTrack, ChainMotion, ErrorModes, Estimate, Observation};
+use chainwave_measurement::{BodyTrack, ChainMotion, Estimate, Observation};
 use chainwave_mechanics::Drive;
 use chainwave_stitching::{Settings, Stitched, merge as merge_observations, outliers};
 use pyo3::prelude::*;
@@ -197,14 +197,7 @@ fn motion_of(table: &Table) -> Result<ChainMotion, Failure> {
         let found = n_bodies.to_string();
         return Err(table.cell(0, "body", "numbers of bodies from 1, each with a row", &found).into());
     }
-    let shape = (n_bodies, all_s.len());
-    let mut motion = ChainMotion {
-        displacement_m: ndarray::Array2::from_elem(shape, None),
-        independent_sigma_m: ndarray::Array2::zeros(shape),
-        modes: ErrorModes::default(),
-        n_trials: ndarray::Array2::zeros(shape),
-        times_s: all_s,
-    };
+    let mut motion = ChainMotion::unseen(n_bodies, all_s);
     for (row, &body) in bodies.iter().enumerate().filter(|(_, body)| **body > 0) {
         let at = (body - 1, motion.times_s.partition_point(|time_s| *time_s < times_s[row]));
         if let Some((x_m, sigma_m)) = x_m[row].zip(sigma_m[row]) {

@@ -9,7 +9,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::rest::Displacement;
 
 /// Share of the least way that a body goes in any recording, at which it has arrived.
-const LEVEL: f64 = 0.5;
+const SIGNIFICANCE_LEVEL: f64 = 0.5;
 /// Of the ways that a body goes in its recordings, one of less than this share of the middle one is a recording that ended before.
 const LEAST_WAY: f64 = 0.5;
 /// Frames by which recordings differ at least where they start from their arrivals: closer ones come together by themselves, along the same way as ever.
@@ -48,7 +48,7 @@ fn arrivals_s(displacements: &[Vec<Displacement>], times_s: &[&[f64]]) -> Vec<Ar
         let ways_m = own.iter().map(|(_, _, way_m)| *way_m).collect();
         let least_m = LEAST_WAY * median(ways_m).unwrap_or(0.0);
         let went = || own.iter().filter(|(_, _, way_m)| *way_m >= least_m);
-        let level_m = LEVEL * went().map(|(_, _, way_m)| *way_m).fold(f64::INFINITY, f64::min);
+        let level_m = SIGNIFICANCE_LEVEL * went().map(|(_, _, way_m)| *way_m).fold(f64::INFINITY, f64::min);
         let arrival = |(recording, samples, _): &(usize, &Vec<Option<_>>, f64)| {
             Some((*recording, crossing_s(samples, times_s[*recording], level_m)?))
         };

@@ -189,7 +189,7 @@ mod tests {
             assert!(stated.iter().any(|one| one.value.to_bits() == value.to_bits()), "{value}");
         }
         // What a shaker prescribes is in proportion to its end.
-        let shaken = Settings { first_body: FirstBody::Prescribed, ..settings };
+        let shaken = Settings { first_body: FirstBody::Imposed, ..settings };
         assert_eq!(shaken.assumptions().len() + 3, stated.len());
     }
 }

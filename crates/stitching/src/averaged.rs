@@ -1,6 +1,6 @@
 //! The mean of trials of another coordinate than the one along the chain, by drives and triggers that are known.
 
-use chainwave_measurement::{ChainMotion, ErrorModes, Estimate, Observation};
+use chainwave_measurement::{ChainMotion, Estimate, Observation};
 use ndarray::Array2;
 
 use crate::resample::Resampling;
@@ -27,13 +27,7 @@ pub fn averaged(
     settings: &Settings,
 ) -> ChainMotion {
     let shape = (settings.n_bodies, times_s.len());
-    let mut motion = ChainMotion {
-        times_s: times_s.to_vec(),
-        displacement_m: Array2::from_elem(shape, None),
-        independent_sigma_m: Array2::zeros(shape),
-        modes: ErrorModes::default(),
-        n_trials: Array2::zeros(shape),
-    };
+    let mut motion = ChainMotion::unseen(settings.n_bodies, times_s.to_vec());
     let interval_s = times_s.get(1).map_or(f64::INFINITY, |second_s| second_s - times_s[0]);
     let mut sums = Array2::from_elem(shape, Sums::default());
     for (observation, alignment) in observations.iter().zip(alignments) {
@@ -105,8 +99,8 @@ impl Sums {
 /// Chi squared about the means over its degrees of freedom, at least 1.
 fn scatter_ratio(samples: &[Sums]) -> f64 {
     let chi_squared: f64 = samples.iter().map(Sums::chi_squared).sum();
-    let freedom: u32 = samples.iter().map(|one| one.n.saturating_sub(1)).sum();
-    if freedom == 0 { 1.0 } else { (chi_squared / f64::from(freedom)).max(1.0) }
+    let degrees_of_freedom: u32 = samples.iter().map(|one| one.n.saturating_sub(1)).sum();
+    if degrees_of_freedom == 0 { 1.0 } else { (chi_squared / f64::from(degrees_of_freedom)).max(1.0) }
 }
 
 #[cfg(test)]

@@ -124,13 +124,7 @@ struct Means {
 
 fn means(readings: &Array2<Vec<Reading>>, times_s: &[f64], n_recordings: usize) -> Means {
     let shape = readings.dim();
-    let mut motion = ChainMotion {
-        times_s: times_s.to_vec(),
-        displacement_m: Array2::from_elem(shape, None),
-        independent_sigma_m: Array2::zeros(shape),
-        modes: ErrorModes::default(),
-        n_trials: Array2::zeros(shape),
-    };
+    let mut motion = ChainMotion::unseen(readings.nrows(), times_s.to_vec());
     let mut of_trials: Vec<Array2<f64>> = vec![Array2::zeros(shape); n_recordings];
     let mut spread = Spread { within_m: Array2::zeros(shape), between_m: Array2::zeros(shape) };
     let least: Vec<usize> =

@@ -10,7 +10,7 @@ use crate::stitched::{Alignment, Stitched};
 use crate::trigger_scatter::{Arrival, ErrorsOfMeans, Sample, errors_of_means};
 
 /// One group of recordings that share bodies, merged.
-pub(crate) struct Part {
+pub(crate) struct MergedGroup {
     /// The first body that it saw.
     pub(crate) first_body: usize,
     /// Places of its recordings among all observations.
@@ -27,7 +27,7 @@ const FOOT: f64 = 0.02;
 /// Puts the groups' motions onto one time base; `None` without any.
 pub(crate) fn joined(
     observations: &[Observation],
-    mut parts: Vec<Part>,
+    mut parts: Vec<MergedGroup>,
     settings: &Settings,
     interval_s: f64,
 ) -> Option<Stitched> {
@@ -66,8 +66,8 @@ pub(crate) fn joined(
     })
 }
 
-fn samples(parts: &[Part]) -> Vec<Sample> {
-    let farthest = |part: &Part| {
+fn samples(parts: &[MergedGroup]) -> Vec<Sample> {
+    let farthest = |part: &MergedGroup| {
         let way = |x: &Option<Estimate>| x.map_or(0.0, |x| x.value.abs());
         part.stitched.motion.displacement_m.iter().map(way).fold(0.0, f64::max)
     };
@@ -75,7 +75,7 @@ fn samples(parts: &[Part]) -> Vec<Sample> {
     parts.iter().map(|part| sample(part, foot_m)).collect()
 }
 
-fn sample(part: &Part, foot_m: f64) -> Sample {
+fn sample(part: &MergedGroup, foot_m: f64) -> Sample {
     let mut views: Vec<u32> = part.stitched.alignments.iter().map(|one| one.view).collect();
     views.sort_unstable();
     views.dedup();
@@ -96,13 +96,13 @@ fn sample(part: &Part, foot_m: f64) -> Sample {
         n_trials,
         n_views: views.len(),
         products,
-        freedom: (n_trials - views.len()) as f64,
+        degrees_of_freedom: (n_trials - views.len()) as f64,
         arrival: arrival(part, foot_m),
     }
 }
 
 /// When the first body of a part has moved so far, on the cubic through two samples with the slopes of their neighbours.
-fn arrival(part: &Part, foot_m: f64) -> Option<Arrival> {
+fn arrival(part: &MergedGroup, foot_m: f64) -> Option<Arrival> {
     let (motion, row) = (&part.stitched.motion, part.first_body - 1);
     let x_m = |i: usize| Some(motion.displacement_m.get((row, i))?.as_ref()?.value.abs());
     let before = (1..motion.times_s.len()).find(|i| x_m(*i).is_some_and(|x| x >= foot_m))? - 1;
@@ -134,7 +134,7 @@ fn arrival(part: &Part, foot_m: f64) -> Option<Arrival> {
 /// looked at.
 fn alignments(
     observations: &[Observation],
-    parts: &[Part],
+    parts: &[MergedGroup],
     errors: &[Matrix2<f64>],
     settings: &Settings,
     interval_s: f64,
@@ -168,12 +168,12 @@ const VIEWS_UNTOLD: &str = "the views that share no body are too few to tell how
 /// Groups of recordings that are named one by one; more are counted.
 const NAMED: usize = 3;
 
-fn warnings(observations: &[Observation], parts: &[Part]) -> Vec<String> {
+fn warnings(observations: &[Observation], parts: &[MergedGroup]) -> Vec<String> {
     let own = parts.iter().flat_map(|part| part.stitched.warnings.iter().cloned());
     let mut warnings: Vec<String> = own.collect();
     let largest = parts.iter().map(|part| part.members.len()).max().unwrap_or(0);
     let main = parts.iter().position(|part| part.members.len() == largest);
-    let others: Vec<&Part> =
+    let others: Vec<&MergedGroup> =
         parts.iter().enumerate().filter(|(g, _)| Some(*g) != main).map(|(_, part)| part).collect();
     if others.len() > NAMED {
         warnings.push(format!(
@@ -193,9 +193,13 @@ fn warnings(observations: &[Observation], parts: &[Part]) -> Vec<String> {
     warnings
 }
 
-fn on_one_time_base(parts: &[Part], errors: &[Matrix2<f64>], interval_s: f64) -> (ChainMotion, Spread) {
+fn on_one_time_base(
+    parts: &[MergedGroup],
+    errors: &[Matrix2<f64>],
+    interval_s: f64,
+) -> (ChainMotion, Spread) {
     let index = |time_s: f64| (time_s / interval_s).round() as i64;
-    let span = |part: &Part| {
+    let span = |part: &MergedGroup| {
         let times_s = &part.stitched.motion.times_s;
         Some((index(*times_s.first()?), index(*times_s.last()?)))
     };
@@ -203,9 +207,9 @@ fn on_one_time_base(parts: &[Part], errors: &[Matrix2<f64>], interval_s: f64) ->
     let last = parts.iter().filter_map(span).map(|span| span.1).max().unwrap_or(0);
     let n_bodies = parts.iter().map(|part| part.stitched.motion.n_bodies()).max().unwrap_or(0);
     let shape = (n_bodies, (last - first + 1) as usize);
-    let placed: Vec<(usize, &Part)> =
+    let placed: Vec<(usize, &MergedGroup)> =
         parts.iter().filter_map(|part| Some(((span(part)?.0 - first) as usize, part))).collect();
-    let spread_over = |factor: &dyn Fn(usize) -> f64, of: &dyn Fn(&Part) -> &Array2<f64>| {
+    let spread_over = |factor: &dyn Fn(usize) -> f64, of: &dyn Fn(&MergedGroup) -> &Array2<f64>| {
         let mut whole = Array2::zeros(shape);
         for (g, (start, part)) in placed.iter().enumerate() {
             let own = of(part);

@@ -43,9 +43,9 @@ const CONTRADICTION: f64 = 4.0;
 
 /// The scatter of the drives by the reading of their scale alone, if that contradicts the stated one.
 pub(crate) fn contradicted(drive: &[f64], stated: f64, read: Estimate) -> Option<f64> {
-    let freedom = drive.len() as f64 - 1.0;
-    let scatter = (drive.iter().map(|s| s * s).sum::<f64>() / freedom).sqrt();
-    let expected = Estimate::new(stated / scatter, stated / scatter / (2.0 * freedom).sqrt());
+    let degrees_of_freedom = drive.len() as f64 - 1.0;
+    let scatter = (drive.iter().map(|s| s * s).sum::<f64>() / degrees_of_freedom).sqrt();
+    let expected = Estimate::new(stated / scatter, stated / scatter / (2.0 * degrees_of_freedom).sqrt());
     let distance = (read.value - expected.value).abs() / read.sigma.hypot(expected.sigma);
     (distance > CONTRADICTION).then_some(read.value * scatter)
 }

@@ -58,7 +58,7 @@ impl Onset {
                 let unknown = || OnsetDeparture::unknown(moving as f64 * interval_s);
                 model.and_then(|model| model.departure(last_m)).unwrap_or_else(unknown)
             }
-            FirstBody::Prescribed => OnsetDeparture::none(),
+            FirstBody::Imposed => OnsetDeparture::none(),
         };
         // At the true drives S = a X + b dX/dt, where a and b are the departure; at drives s' and offsets tau', of which the true ones are
         // alpha s' and tau' - beta s', it is alpha a X + (alpha b + beta) dX/dt.
@@ -182,7 +182,7 @@ fn length(of_body: &FittedBody, first_body: FirstBody) -> usize {
     let end_m = ONSET_SHARE * furthest_m(of_body);
     match first_body {
         FirstBody::Free => of_body.times().take_while(|at| motion_m(at) < end_m).count(),
-        FirstBody::Prescribed => of_body.responses.len(),
+        FirstBody::Imposed => of_body.responses.len(),
     }
 }
 

@@ -69,7 +69,7 @@ mod by_trigger;
 mod by_view;
 mod clocks;
 mod consistency;
-mod course;
+mod convergence;
 mod detached;
 mod drive_scatter;
 mod error;

@@ -4,7 +4,7 @@ use chainwave_measurement::Observation;
 
 use crate::by_trigger::{averaged_by_trigger, is_contradicted};
 use crate::consistency::{check_shown, check_spans, with_rest};
-use crate::detached::{Part, joined};
+use crate::detached::{MergedGroup, joined};
 use crate::error::StitchingError;
 use crate::groups::{first_body, tied_groups, without_glimpses};
 use crate::phases::Aligned;
@@ -63,7 +63,7 @@ fn merged_groups(
     places: &[usize],
     settings: &Settings,
     interval_s: f64,
-) -> Result<Vec<Part>, StitchingError> {
+) -> Result<Vec<MergedGroup>, StitchingError> {
     let groups = tied_groups(observations);
     let nearest = groups.iter().filter_map(|group| first_body(observations, group)).min();
     let mut parts = Vec::with_capacity(groups.len());
@@ -82,7 +82,7 @@ fn merged_groups(
             (stitched, of_mean_m) = merged(&by_no_chain)?;
         }
         let members = group.iter().map(|r| places[*r]).collect();
-        parts.push(Part { first_body: first, members, stitched, of_mean_m });
+        parts.push(MergedGroup { first_body: first, members, stitched, of_mean_m });
     }
     Ok(parts)
 }

@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector};
 use ndarray::Array2;
 
 use crate::assembly::Assembled;
-use crate::course::Course;
+use crate::convergence::Convergence;
 use crate::error::StitchingError;
 use crate::fitted::Fitted;
 use crate::fitted_body::FittedBody;
@@ -76,7 +76,7 @@ impl<'a> Aligned<'a> {
     ) -> Result<Self, StitchingError> {
         let mut state = AlignmentState::new(observations, settings, frame_interval_s)?;
         let mut rounds = 0;
-        let mut course = Course::from(&state.drive, &state.offsets_s);
+        let mut course = Convergence::from(&state.drive, &state.offsets_s);
         let mut before = None;
         loop {
             rounds += 1;
@@ -128,7 +128,7 @@ impl<'a> Aligned<'a> {
         let state = &mut self.state;
         let (scatter, contradiction) = state.stated_scatter()?;
         let (mut last, mut is_short, mut is_untold) = (None, false, false);
-        let mut course = Course::from(&state.drive, &state.offsets_s);
+        let mut course = Convergence::from(&state.drive, &state.offsets_s);
         for round in 1..=GAUGE_ROUNDS {
             let gauge = match state.gauge(scatter)? {
                 OnsetTells::Of(gauge) => gauge,
@@ -216,7 +216,7 @@ impl Trimmed<'_> {
 
 impl AlignmentState<'_> {
     /// What an alignment that is given up still changed, and how far it may still have to go.
-    fn left(&self, course: &Course, phase: AlignmentPhase) -> (Unsettled, DVector<f64>) {
+    fn left(&self, course: &Convergence, phase: AlignmentPhase) -> (Unsettled, DVector<f64>) {
         (course.unsettled(phase), course.left(self.frame_interval_s, self.settings.drive_prior))
     }
 
@@ -288,7 +288,7 @@ mod tests {
         assert!(settled.unsettled.is_none() && settled.warnings.is_empty());
 
         let mut unsettled = aligned();
-        let mut course = Course::from(&[0.0; 3], &[0.0; 3]);
+        let mut course = Convergence::from(&[0.0; 3], &[0.0; 3]);
         course.goes_to(&[0.0; 3], &[1e-3, 1e-3, 1e-3]);
         unsettled.unsettled = Some(course.unsettled(AlignmentPhase::Readings));
         unsettled.left = Some(course.left(1e-3, 0.05));

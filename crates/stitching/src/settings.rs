@@ -13,7 +13,7 @@ pub enum FirstBody {
     /// Forces, as where it is struck or let go: it begins in proportion to the drive.
     Free,
     /// The drive itself, as where a shaker holds it: it moves in proportion to the drive at all times.
-    Prescribed,
+    Imposed,
 }
 
 /// How to stitch.

@@ -60,7 +60,7 @@ impl<'a> AlignmentState<'a> {
         // A motion that repeats itself passes a level once a period.
         let offsets_s = match settings.first_body {
             FirstBody::Free => starting_offsets_s(&displacements, &times_s, frame_interval_s),
-            FirstBody::Prescribed => vec![0.0; observations.len()],
+            FirstBody::Imposed => vec![0.0; observations.len()],
         };
         Ok(Self {
             times_s: common_s,
@@ -76,16 +76,16 @@ impl<'a> AlignmentState<'a> {
 
     /// Residuals' rms of the chosen contributions over what the trackers' sigma lets expect.
     pub(crate) fn scatter_ratio(&self, of_body: &FittedBody, chosen: impl Fn(&Contribution) -> bool) -> f64 {
-        let (mut squares, mut freedom) = (0.0, 0.0);
+        let (mut squares, mut degrees_of_freedom) = (0.0, 0.0);
         for FittedTime { contributions, response } in of_body.times().filter(|at| at.contributions.len() > 2)
         {
             for contribution in contributions.iter().filter(|contribution| chosen(contribution)) {
                 let residual = contribution.read.value - response.at(self.drive[contribution.recording]);
                 squares += contribution.weight() * contribution.n_shared * residual.powi(2)
                     / contribution.read.noise_gain;
-                freedom += 1.0 - response.leverage(contribution, &self.drive);
+                degrees_of_freedom += 1.0 - response.leverage(contribution, &self.drive);
             }
         }
-        if freedom > 1.0 { (squares / freedom).sqrt() } else { 1.0 }
+        if degrees_of_freedom > 1.0 { (squares / degrees_of_freedom).sqrt() } else { 1.0 }
     }
 }

@@ -23,7 +23,7 @@ pub(crate) struct Sample {
     /// Sum of products of drive deviations and trigger offsets about their means in each view, (1, s; s, s^2).
     pub(crate) products: Matrix2<f64>,
     /// Trials less views: how many squares `products` sums up.
-    pub(crate) freedom: f64,
+    pub(crate) degrees_of_freedom: f64,
     /// When the foot of the wave comes to the first body, and what one unit of mean drive and mean trigger changes of that.
     pub(crate) arrival: Option<Arrival>,
 }
@@ -66,15 +66,16 @@ pub(crate) fn errors_of_means(samples: &[Sample], settings: &Settings, interval_
     let of_groups = samples
         .iter()
         .zip(&of_trials)
-        .map(|(sample, (of_trial, freedom))| {
+        .map(|(sample, (of_trial, degrees_of_freedom))| {
             let own = of_trial / sample.n_trials as f64;
             let common_s2 = between.value / sample.n_views as f64;
             let timing_s2 = own[(1, 1)] + common_s2;
-            // Welch and Satterthwaite: the freedom of a sum of two variances.
-            let squares =
-                own[(1, 1)].powi(2) / freedom + (between.sigma / sample.n_views as f64).powi(2) / 2.0;
-            let timing_freedom = if squares > 0.0 { timing_s2.powi(2) / squares } else { *freedom };
-            let mut error = own * widening(*freedom).powi(2);
+            // Welch and Satterthwaite: the degrees_of_freedom of a sum of two variances.
+            let squares = own[(1, 1)].powi(2) / degrees_of_freedom
+                + (between.sigma / sample.n_views as f64).powi(2) / 2.0;
+            let timing_freedom =
+                if squares > 0.0 { timing_s2.powi(2) / squares } else { *degrees_of_freedom };
+            let mut error = own * widening(*degrees_of_freedom).powi(2);
             error[(1, 1)] += (timing_s2 * widening(timing_freedom).powi(2) - error[(1, 1)]).max(0.0);
             error
         })
@@ -82,35 +83,35 @@ pub(crate) fn errors_of_means(samples: &[Sample], settings: &Settings, interval_
     ErrorsOfMeans { of_groups, has_views: found.is_some() }
 }
 
-/// Covariance of drive and trigger from trial to trial near a group, with its freedom.
+/// Covariance of drive and trigger from trial to trial near a group, with its degrees_of_freedom.
 fn of_trials(samples: &[Sample], g: usize, settings: &Settings, interval_s: f64) -> (Matrix2<f64>, f64) {
     let distance = |sample: &Sample| sample.first_body.abs_diff(samples[g].first_body);
     let mut near: Vec<&Sample> = samples.iter().collect();
     near.sort_by_key(|sample| distance(sample));
-    let (mut products, mut freedom, mut reached) = (Matrix2::zeros(), 0.0, 0);
+    let (mut products, mut degrees_of_freedom, mut reached) = (Matrix2::zeros(), 0.0, 0);
     for sample in near {
         // All groups at one distance count, so that none is preferred.
-        if freedom >= ENOUGH && distance(sample) > reached {
+        if degrees_of_freedom >= ENOUGH && distance(sample) > reached {
             break;
         }
         reached = distance(sample);
         products += sample.products;
-        freedom += sample.freedom;
+        degrees_of_freedom += sample.degrees_of_freedom;
     }
     let usual = Matrix2::from_diagonal(&Vector2::new(
         settings.drive_scatter.unwrap_or(settings.drive_prior).powi(2),
         settings.trigger_sigma_s.unwrap_or(interval_s).powi(2),
     ));
-    if freedom < LEAST {
+    if degrees_of_freedom < LEAST {
         return (usual, f64::INFINITY);
     }
-    let mut found = products / freedom;
+    let mut found = products / degrees_of_freedom;
     if let Some(stated_s) = settings.trigger_sigma_s {
         // A drive that delays a body shows as a trigger's offset in proportion to it, which the statement does not mean.
         let with_drive_s2 = found[(0, 1)].powi(2) / found[(0, 0)].max(f64::MIN_POSITIVE);
         found[(1, 1)] = with_drive_s2 + stated_s.powi(2);
     }
-    (found, freedom)
+    (found, degrees_of_freedom)
 }
 
 /// Variance of the triggers from view to view with its standard uncertainty, in square seconds: as stated, or what arrivals scatter
@@ -155,24 +156,29 @@ fn between_views(
         n += 1.0;
     }
     // Neighbouring differences share arrivals: their squares count half.
-    let freedom = n / 1.94;
-    if freedom < LEAST_OF_ARRIVALS {
+    let degrees_of_freedom = n / 1.94;
+    if degrees_of_freedom < LEAST_OF_ARRIVALS {
         return None;
     }
     let (found_s2, explained_s2) = (squares / n, explained / n);
     let excess_s2 = (found_s2 - explained_s2).max(0.0);
-    Some(Estimate::new(excess_s2, if excess_s2 > 0.0 { found_s2 * (2.0 / freedom).sqrt() } else { 0.0 }))
+    Some(Estimate::new(
+        excess_s2,
+        if excess_s2 > 0.0 { found_s2 * (2.0 / degrees_of_freedom).sqrt() } else { 0.0 },
+    ))
 }
 
 /// How much wider a 95 % interval of Student's distribution is than the normal one (Cornish and Fisher's expansion, which below one degree of
-/// freedom, as a difference of variances may have, is none).
-pub(crate) fn widening(freedom: f64) -> f64 {
-    let freedom = freedom.max(1.0);
+/// degrees_of_freedom, as a difference of variances may have, is none).
+pub(crate) fn widening(degrees_of_freedom: f64) -> f64 {
+    let degrees_of_freedom = degrees_of_freedom.max(1.0);
     let z = Estimate::COVERAGE_95;
     let first = (z.powi(2) + 1.0) / 4.0;
     let second = (5.0 * z.powi(4) + 16.0 * z.powi(2) + 3.0) / 96.0;
     let third = (3.0 * z.powi(6) + 19.0 * z.powi(4) + 17.0 * z.powi(2) - 15.0) / 384.0;
-    1.0 + first / freedom + second / freedom.powi(2) + third / freedom.powi(3)
+    1.0 + first / degrees_of_freedom
+        + second / degrees_of_freedom.powi(2)
+        + third / degrees_of_freedom.powi(3)
 }
 
 #[cfg(test)]
@@ -193,7 +199,7 @@ mod tests {
                     4.0 * 0.018_f64.powi(2),
                     4.0 * 1e-5_f64.powi(2),
                 )),
-                freedom: 4.0,
+                degrees_of_freedom: 4.0,
                 arrival: Some(Arrival {
                     time_s: 5e-4 * group as f64 + off_s,
                     by_mean: Vector2::new(by_drive_s, 1.0),
@@ -232,8 +238,11 @@ mod tests {
     #[test]
     fn students_interval_is_that_of_the_tables() {
         // t at 97.5 %: 2.228 at 10, 2.042 at 30, and 1.960 without end.
-        for (freedom, expected) in [(10.0, 2.228), (30.0, 2.042), (f64::INFINITY, 1.960)] {
-            assert!((widening(freedom) * Estimate::COVERAGE_95 - expected).abs() < 2e-3, "{freedom}");
+        for (degrees_of_freedom, expected) in [(10.0, 2.228), (30.0, 2.042), (f64::INFINITY, 1.960)] {
+            assert!(
+                (widening(degrees_of_freedom) * Estimate::COVERAGE_95 - expected).abs() < 2e-3,
+                "{degrees_of_freedom}"
+            );
         }
     }
 }

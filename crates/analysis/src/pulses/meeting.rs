@@ -2,8 +2,8 @@
 
 use chainwave_measurement::median;
 
-use super::course::{Course, Line};
 use super::hump::Hump;
+use super::path::{Line, PulsePath};
 use super::ridge::Direction;
 
 /// Half widths of both pulses together within which they are one another's: at the distance of so many a sech^2 has left 1e-4 of its
@@ -31,7 +31,7 @@ const SAME: f64 = 1.4;
 
 /// Joins courses of one pulse that was hidden while a larger one passed over it: one ends beside a third course and the other begins beside
 /// the same on its other side, with the same size and speed.
-pub(crate) fn rejoin(courses: &mut Vec<Course>) {
+pub(crate) fn rejoin(courses: &mut Vec<PulsePath>) {
     while let Some((before, behind)) = hidden(courses) {
         let tail = courses.remove(behind);
         let before = if behind < before { before - 1 } else { before };
@@ -40,7 +40,7 @@ pub(crate) fn rejoin(courses: &mut Vec<Course>) {
 }
 
 /// Two courses of one pulse, where there are such.
-fn hidden(courses: &[Course]) -> Option<(usize, usize)> {
+fn hidden(courses: &[PulsePath]) -> Option<(usize, usize)> {
     let n = courses.len();
     let pairs = (0..n).flat_map(|before| (0..n).map(move |behind| (before, behind)));
     pairs.filter(|(before, behind)| before != behind).find(|(before, behind)| {
@@ -49,9 +49,9 @@ fn hidden(courses: &[Course]) -> Option<(usize, usize)> {
     })
 }
 
-fn is_one_pulse([before, behind]: [&Course; 2]) -> bool {
+fn is_one_pulse([before, behind]: [&PulsePath; 2]) -> bool {
     let alike = |one: f64, other: f64| (other / one).ln().abs() < SAME.ln();
-    let sizes = [before, behind].map(Course::size);
+    let sizes = [before, behind].map(PulsePath::size);
     behind.direction == before.direction
         && behind.passes[0].sense == before.passes[0].sense
         && behind.first_s() > before.last_s()
@@ -59,7 +59,7 @@ fn is_one_pulse([before, behind]: [&Course; 2]) -> bool {
         && alike(before.gaps_per_s(), behind.gaps_per_s())
 }
 
-fn passes_over(over: &Course, [before, behind]: [&Course; 2]) -> bool {
+fn passes_over(over: &PulsePath, [before, behind]: [&PulsePath; 2]) -> bool {
     let (from_s, to_s) = (before.last_s(), behind.first_s());
     let reach = APART * (over.half_width_gaps() + before.half_width_gaps());
     let last = before.passes[before.passes.len() - 1].gap as f64;
@@ -69,7 +69,7 @@ fn passes_over(over: &Course, [before, behind]: [&Course; 2]) -> bool {
 
 /// The meetings of all courses in their order of time. Where two pulses that run the same way exchange sizes without becoming one hump,
 /// their courses are exchanged from there on, so that the large one stays the same pulse.
-pub(crate) fn meetings(courses: &mut [Course]) -> Vec<Meeting> {
+pub(crate) fn meetings(courses: &mut [PulsePath]) -> Vec<Meeting> {
     let mut found = Vec::new();
     for second in 1..courses.len() {
         for first in 0..second {
@@ -89,12 +89,12 @@ pub(crate) fn meetings(courses: &mut [Course]) -> Vec<Meeting> {
 }
 
 /// When both are seen.
-fn common_s(pair: [&Course; 2]) -> Option<(f64, f64)> {
+fn common_s(pair: [&PulsePath; 2]) -> Option<(f64, f64)> {
     let (from_s, to_s) = (pair[0].first_s().max(pair[1].first_s()), pair[0].last_s().min(pair[1].last_s()));
     (to_s > from_s).then_some((from_s, to_s))
 }
 
-fn head_on(courses: &[Course], pulses: [usize; 2]) -> Option<Meeting> {
+fn head_on(courses: &[PulsePath], pulses: [usize; 2]) -> Option<Meeting> {
     let pair = pulses.map(|pulse| &courses[pulse]);
     if pair[0].direction == pair[1].direction {
         return None;
@@ -117,7 +117,7 @@ fn head_on(courses: &[Course], pulses: [usize; 2]) -> Option<Meeting> {
 }
 
 /// Two pulses of one direction and sense that come near each other between passages far apart.
-fn overtaking(courses: &[Course], pulses: [usize; 2]) -> Option<Meeting> {
+fn overtaking(courses: &[PulsePath], pulses: [usize; 2]) -> Option<Meeting> {
     let pair = pulses.map(|pulse| &courses[pulse]);
     if pair[0].direction != pair[1].direction || pair[0].passes[0].sense != pair[1].passes[0].sense {
         return None;
@@ -136,9 +136,9 @@ fn overtaking(courses: &[Course], pulses: [usize; 2]) -> Option<Meeting> {
 }
 
 /// Exchanges two courses behind their meeting where that makes their sizes go on.
-fn exchange(courses: &mut [Course], meeting: &Meeting) {
+fn exchange(courses: &mut [PulsePath], meeting: &Meeting) {
     let [first, second] = meeting.pulses;
-    let split = |course: &Course| course.passes.partition_point(|pass| pass.t_s <= meeting.t_s);
+    let split = |course: &PulsePath| course.passes.partition_point(|pass| pass.t_s <= meeting.t_s);
     let [at_first, at_second] = [split(&courses[first]), split(&courses[second])];
     let size = |passes: &[Hump]| median(passes.iter().map(|pass| pass.size).collect());
     let before = [&courses[first].passes[..at_first], &courses[second].passes[..at_second]].map(size);
@@ -155,7 +155,7 @@ fn exchange(courses: &mut [Course], meeting: &Meeting) {
 
 /// Whether each passage of a pulse lies within a meeting, or so near the end that turned the pulse back that it meets itself.
 pub(crate) fn within_meetings(
-    courses: &[Course],
+    courses: &[PulsePath],
     meetings: &[Meeting],
     turned_at: Option<f64>,
     pulse: usize,
@@ -186,7 +186,7 @@ pub(crate) fn within_meetings(
 /// How far a meeting moves one of its pulses along its own way, in gaps: the line of its passages behind it less that before it, at the
 /// meeting's time. None where either has fewer than three passages out of the other's reach.
 pub(crate) fn phase_shift(
-    course: &Course,
+    course: &PulsePath,
     is_within: &[bool],
     meeting: &Meeting,
     others_s: &[f64],
@@ -217,13 +217,13 @@ pub(crate) fn begins_at(direction: Direction, n_gaps: usize) -> f64 {
 
 /// The pulse that came back as this one from an end of the chain of so many gaps, where one did: it ran to the end at which this one
 /// begins, and between the two lies the time that the way there and back takes.
-pub(crate) fn reflected_from(courses: &[Course], n_gaps: usize, pulse: usize) -> Option<usize> {
+pub(crate) fn reflected_from(courses: &[PulsePath], n_gaps: usize, pulse: usize) -> Option<usize> {
     let own = &courses[pulse];
     let end = begins_at(own.direction, n_gaps);
     let (speed, half_width) = (own.gaps_per_s(), own.half_width_gaps());
     let to_end = |pass: &Hump| (end - pass.gap as f64).abs();
     let begins = &own.passes[0];
-    let off_s = |course: &Course| {
+    let off_s = |course: &PulsePath| {
         let ends = &course.passes[course.passes.len() - 1];
         let way_s = (to_end(begins) + to_end(ends)) / speed;
         let is_near = to_end(begins).max(to_end(ends)) < NEAR_END + APART * half_width;

@@ -47,12 +47,12 @@ impl Coverage {
     /// Neither too narrow nor too wide, and without bias: each within four standard errors of what a sigma from so few replicas leaves
     /// (Student's t), once in 3000 by chance.
     fn check(&self, what: &str) {
-        let freedom = (N_REPLICAS - 1) as f64;
+        let degrees_of_freedom = (N_REPLICAS - 1) as f64;
         let holds = |z: f64| f64::from(u8::from(z.abs() < Estimate::COVERAGE_95));
         // Of Student's t, 94.5 % lie within 1.96.
         let expected = [
             ("bias", self.mean(|z| z), 0.0),
-            ("square", self.mean(|z| z * z), freedom / (freedom - 2.0)),
+            ("square", self.mean(|z| z * z), degrees_of_freedom / (degrees_of_freedom - 2.0)),
             ("95 %", self.mean(holds), 0.945),
         ];
         for (which, found, expected) in expected {

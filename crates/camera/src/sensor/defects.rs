@@ -1,6 +1,6 @@
 //! Hot and dead pixels: those that stand out from their neighbours where nothing that was filmed can.
 
-use chainwave_measurement::{median, usual_size};
+use chainwave_measurement::{median, robust_sigma_about_zero};
 
 use super::neighbours::Surroundings;
 use super::statistics::PixelStatistics;
@@ -54,7 +54,7 @@ impl DefectMap {
     /// of absolute differences, as a standard deviation). Of normal pixels, one in a million does so by chance.
     pub fn of_dark(dark: &PixelStatistics) -> Self {
         let excess = excess_over_median(dark.width_px(), dark.mean());
-        let sigma = usual_size(excess.iter().copied()).unwrap_or(0.0).max(ROUNDING_COUNTS);
+        let sigma = robust_sigma_about_zero(excess.iter().copied()).unwrap_or(0.0).max(ROUNDING_COUNTS);
         Self::where_kind(dark.width_px(), dark.n_pixels(), |at| {
             (excess[at].abs() > LIMIT_SIGMAS * sigma).then(|| kind(excess[at]))
         })
@@ -65,7 +65,7 @@ impl DefectMap {
     pub fn of_flat(flat: &PixelStatistics, dark: Option<&PixelStatistics>) -> Self {
         let response = response(flat, dark);
         let excess = excess_over_median(flat.width_px(), &response);
-        let sigma = usual_size(excess.iter().copied()).unwrap_or(0.0).max(ROUNDING_COUNTS);
+        let sigma = robust_sigma_about_zero(excess.iter().copied()).unwrap_or(0.0).max(ROUNDING_COUNTS);
         Self::where_kind(flat.width_px(), flat.n_pixels(), |at| {
             let usual = response[at] - excess[at];
             let is_odd = usual > 0.0 && !RESPONSES.contains(&(response[at] / usual));
@@ -285,7 +285,7 @@ fn sigma_nearby(width_px: usize, differences: &[f64], least: f64) -> Vec<f64> {
         let apart = places
             .filter(|&(column, row)| is_apart(column, row))
             .map(|(column, row)| differences[row * width_px + column]);
-        usual_size(apart).unwrap_or(0.0).max(least)
+        robust_sigma_about_zero(apart).unwrap_or(0.0).max(least)
     };
     (0..differences.len()).map(of).collect()
 }

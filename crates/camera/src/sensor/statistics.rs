@@ -79,11 +79,11 @@ impl PixelStatistics {
     /// It is told by the median over pixels, which defects and moving things do not move; the median of chi-squared is set
     /// against its mean (Wilson and Hilferty, 1931).
     pub fn noise_counts(&self) -> Option<f64> {
-        let freedom = (self.n_frames > 1).then_some(self.n_frames as f64 - 1.0)?;
+        let degrees_of_freedom = (self.n_frames > 1).then_some(self.n_frames as f64 - 1.0)?;
         let usual = median(self.squares.clone())?;
         let median_over_mean =
-            if self.n_frames == 2 { CHI_SQUARED_1 } else { (1.0 - 2.0 / (9.0 * freedom)).powi(3) };
-        Some((usual / freedom / median_over_mean).sqrt())
+            if self.n_frames == 2 { CHI_SQUARED_1 } else { (1.0 - 2.0 / (9.0 * degrees_of_freedom)).powi(3) };
+        Some((usual / degrees_of_freedom / median_over_mean).sqrt())
     }
 
     /// Number of pixels.

@@ -239,8 +239,11 @@ fn mean_and_noise_of_every_pixel_are_found() {
         let n = (side * side) as f64;
         assert!((chi_squared / n - 1.0).abs() < 5.0 * (2.0 / n).sqrt(), "{n_frames}: {chi_squared}");
         let variances: f64 = (0..side * side).filter_map(|at| found.variance(at)).sum();
-        let freedom = n * (n_frames as f64 - 1.0);
-        assert!((variances / n / 25.0 - 1.0).abs() < 5.0 * (2.0 / freedom).sqrt(), "{n_frames}: {variances}");
+        let degrees_of_freedom = n * (n_frames as f64 - 1.0);
+        assert!(
+            (variances / n / 25.0 - 1.0).abs() < 5.0 * (2.0 / degrees_of_freedom).sqrt(),
+            "{n_frames}: {variances}"
+        );
     }
     let one = statistics((side, side), 1, |_| 3.0);
     assert_eq!((one.noise_counts(), one.variance(0)), (None, None));

@@ -6,7 +6,7 @@ use std::path::Path;
 use chainwave_measurement::RecordingInfo;
 use chainwave_view::table_cell;
 
-use super::seen::Seen;
+use super::seen::SeenInRecording;
 
 /// What stands for a number that only the user knows.
 const FILL_IN: &str = "FILL_IN";
@@ -58,7 +58,7 @@ pub(crate) struct PictureLines {
 }
 
 /// The lines of the first recording, as far as it is known what it shows.
-pub(crate) fn first_lines(info: &RecordingInfo, seen: Option<&Seen>) -> PictureLines {
+pub(crate) fn first_lines(info: &RecordingInfo, seen: Option<&SeenInRecording>) -> PictureLines {
     let middle = (info.height_px as f64 - 1.0) / 2.0;
     let asked = PictureLines {
         scale: "scale_px_per_m = FILL_IN          # pixels between neighbours over the pitch\n".into(),

@@ -20,13 +20,13 @@ const IN_A_ROW: usize = 3;
 const WIDTH_PX: usize = 1200;
 
 /// What a recording shows.
-pub(crate) struct Seen {
+pub(crate) struct SeenInRecording {
     pub(super) row: MarkerRow,
     /// Time before which nothing moves, in seconds after the trigger; `None` where nothing moves at all, or at once.
     pub(crate) rest_until_s: Option<f64>,
 }
 
-impl Seen {
+impl SeenInRecording {
     /// Looks for markers in the first frames, and for their first motion.
     pub(crate) fn of(path: &Path) -> Result<Self, Error> {
         let recording = open(path)?;

@@ -20,7 +20,7 @@ use super::accuracy::Reached;
 use super::ended::{Done, End, Evaluated};
 use super::figures::Figure;
 use super::outputs::{PROVENANCE, REPORT, RESULTS};
-use super::summary::{Row, decimals, rows};
+use super::summary::{SummaryRow, decimals, rows};
 use crate::error::Error;
 use crate::output::{read_bytes, write_text};
 
@@ -204,9 +204,9 @@ fn missing(states: &[RecordingState]) -> Vec<String> {
 }
 
 /// Values with their intervals, and the truth where it is known.
-fn numbers_table(rows: &[Row]) -> String {
+fn numbers_table(rows: &[SummaryRow]) -> String {
     let is_known = rows.iter().any(|row| row.truth.is_some());
-    let row = |row: &Row| {
+    let row = |row: &SummaryRow| {
         let mut cells = vec![Cell::text(&row.name)];
         match &row.measured {
             Ok(Estimate { value, sigma }) => {

@@ -4,9 +4,10 @@ use std::path::Path;
 
 use chainwave_analysis::{DampingShare, GroupVelocity, LocalResonance, Measurement, Missing};
 use chainwave_experiment::{
-    BEHIND_BODY_1, Evaluation, Finding, ModelBeside, PEAK_ENERGIES, RELEASE, RecordingState, Results, Setup,
-    SideMotion, Standing, TRACKS, TrackRows, Tracked, Trial, dispersion_table, energy_table, front_table,
-    half_width_table, motion_by_model_table, motion_table, pulse_table, spectrum_table, strain_table,
+    BEHIND_BODY_1, Evaluation, Finding, ModelBeside, PEAK_ENERGIES, RELEASE, RecordingAlignment,
+    RecordingState, Results, Setup, SideMotion, TRACKS, TrackRows, Tracked, Trial, dispersion_table,
+    energy_table, front_table, half_width_table, motion_by_model_table, motion_table, pulse_table,
+    spectrum_table, strain_table,
 };
 use chainwave_inference::{
     Damping, EnergyFit, FitError, FittedRecording, ImposedFit, Quantity, ReleasedFit, Structure, TrackFit,
@@ -103,12 +104,13 @@ fn write_alignment(folder: &Path, tracked: &Tracked, evaluation: &Evaluation) ->
         alignments.iter().map(|one| of(one).map(value)).collect()
     };
     let of = |value: &dyn Fn(&Alignment) -> f64| alignments.iter().map(value).collect::<Vec<f64>>();
-    let standings = &evaluation.standings;
-    let stated =
-        |value: &dyn Fn(&Standing) -> f64| standings.of_recordings.iter().map(value).collect::<Vec<f64>>();
+    let recording_alignments = &evaluation.recording_alignments;
+    let stated = |value: &dyn Fn(&RecordingAlignment) -> f64| {
+        recording_alignments.of_recordings.iter().map(value).collect::<Vec<f64>>()
+    };
     let stated_drives: Vec<Option<Estimate>> =
-        standings.of_recordings.iter().map(|standing| standing.drive_deviation).collect();
-    // What is refused of the standings is refused by the onset alone as well.
+        recording_alignments.of_recordings.iter().map(|standing| standing.drive_deviation).collect();
+    // What is refused of the recording_alignments is refused by the onset alone as well.
     let onset_drives: Vec<Option<Estimate>> = stated_drives
         .iter()
         .zip(alignments)
@@ -128,7 +130,7 @@ fn write_alignment(folder: &Path, tracked: &Tracked, evaluation: &Evaluation) ->
         column("trigger_offset_sigma_s", stated(&|one| one.trigger_offset_s.sigma)),
         column("drive_deviation", values(&stated_drives)),
         column("drive_deviation_sigma", sigmas(&stated_drives)),
-        column("offset_and_drive_from", vec![standings.source; alignments.len()]),
+        column("offset_and_drive_from", vec![recording_alignments.source; alignments.len()]),
         column("onset_trigger_offset_s", of(&|one| one.trigger_offset_s.value)),
         column("onset_trigger_offset_sigma_s", of(&|one| one.trigger_offset_s.sigma)),
         column("onset_drive_deviation", values(&onset_drives)),
@@ -365,7 +367,7 @@ fn damping_as_json(damping: &Damping, evaluation: &Evaluation) -> Map<String, Va
 fn structure_as_json(found: &Structure) -> Value {
     json!({
         "variance_ratio": found.ratio,
-        "degrees_of_freedom": [found.freedom.0, found.freedom.1],
+        "degrees_of_freedom": [found.degrees_of_freedom.0, found.degrees_of_freedom.1],
         "p_value": found.p_value,
         "size": found.size,
         "size_in_tracks": found.size_in_tracks,
@@ -396,7 +398,7 @@ fn track_fit_as_json(fit: &TrackFit, evaluation: &Evaluation) -> Map<String, Val
     for ((name, value), found) in ["c_d_bootstrap", "c_s_bootstrap"].into_iter().zip(values).zip(over_trials)
     {
         let (low, high) = found.interval_95(value);
-        let told = json!({ "sigma": found.sigma, "degrees_of_freedom": found.freedom, "low_95": low, "high_95": high });
+        let told = json!({ "sigma": found.sigma, "degrees_of_freedom": found.degrees_of_freedom, "low_95": low, "high_95": high });
         results.insert(name.into(), told);
     }
     results.insert("starts_at_this_minimum".into(), json!(fit.starts.0));

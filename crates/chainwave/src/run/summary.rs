@@ -66,7 +66,7 @@ pub(crate) fn print(setup: &Setup, out: &Path, results: &Results, clock: &StageT
 }
 
 /// One measured quantity in the unit of the summary.
-pub(crate) struct Row {
+pub(crate) struct SummaryRow {
     /// Name and unit.
     pub(crate) name: String,
     /// Value, or the reason why there is none.
@@ -75,7 +75,7 @@ pub(crate) struct Row {
     pub(crate) truth: Option<f64>,
 }
 
-impl Row {
+impl SummaryRow {
     fn as_text(&self) -> String {
         let estimate = match &self.measured {
             Ok(estimate) => estimate,
@@ -101,10 +101,10 @@ pub(super) fn decimals(sigma: f64) -> usize {
 }
 
 /// The quantities of the summary and the report.
-pub(crate) fn rows(evaluation: &Evaluation, truth: Option<&KnownTruth>) -> Vec<Row> {
+pub(crate) fn rows(evaluation: &Evaluation, truth: Option<&KnownTruth>) -> Vec<SummaryRow> {
     let measurement = &evaluation.measurement;
     let of_truth = |value: &dyn Fn(&KnownTruth) -> Option<f64>| truth.and_then(value);
-    let row = |name: &str, measured: Result<Estimate, String>, factor: f64, truth: Option<f64>| Row {
+    let row = |name: &str, measured: Result<Estimate, String>, factor: f64, truth: Option<f64>| SummaryRow {
         name: name.into(),
         measured: measured.map(|estimate| estimate.scaled(factor)),
         truth: truth.map(|value| value * factor),
@@ -158,7 +158,7 @@ pub(crate) fn rows(evaluation: &Evaluation, truth: Option<&KnownTruth>) -> Vec<R
 }
 
 /// Peak potential energy where the wave is still free of the far end: half way down the chain, relative to gap 1.
-fn energy_rows(evaluation: &Evaluation, truth: Option<&KnownTruth>) -> Option<Row> {
+fn energy_rows(evaluation: &Evaluation, truth: Option<&KnownTruth>) -> Option<SummaryRow> {
     let energies = evaluation.measurement.energies.as_ref()?;
     let relative = energies.relative.as_ref()?;
     let gap = energies.gaps.len().div_ceil(2);
@@ -168,7 +168,7 @@ fn energy_rows(evaluation: &Evaluation, truth: Option<&KnownTruth>) -> Option<Ro
         let index = energies.gaps.iter().position(|found| *found == gap)?;
         Some(energies.relative.as_ref()?.get(index)?.value)
     });
-    Some(Row {
+    Some(SummaryRow {
         name: format!("Psi_max({gap}) / Psi_max(1)"),
         measured: Ok(relative[index]),
         truth: true_value,
@@ -184,8 +184,8 @@ struct Fit<'a> {
 }
 
 impl Fit<'_> {
-    fn rows(&self, critical_kg_per_s: f64, truth: Option<&KnownTruth>) -> [Row; 2] {
-        let row = |name: &str, found: Result<Estimate, String>, factor: f64, truth: Option<f64>| Row {
+    fn rows(&self, critical_kg_per_s: f64, truth: Option<&KnownTruth>) -> [SummaryRow; 2] {
+        let row = |name: &str, found: Result<Estimate, String>, factor: f64, truth: Option<f64>| SummaryRow {
             name: format!("{name}, {}", self.source),
             measured: found.map(|found| found.scaled(factor)),
             truth: truth.map(|value| value * factor),

@@ -7,7 +7,7 @@ use chainwave_measurement::{RecordingInfo, Subset};
 use chainwave_view::{Picked, Question, SetUp, WriteExperiment};
 
 use crate::error::Error;
-use crate::init::Seen;
+use crate::init::SeenInRecording;
 use crate::init::draft::{
     Draft, PITCH, PictureLines, QUESTIONS, RULER_LENGTH, STAGE_STEP, file_name, first_lines, stage_at,
     subset_lines, trials_table, view_and_trial,
@@ -21,8 +21,10 @@ const PICKED_SIGMA_PX: f64 = 2.0;
 pub(super) fn of_folder(folder: &Path, recordings: Vec<PathBuf>, options: OpenOptions) -> SetUp {
     let question =
         |[key, label, hint]: [&str; 3]| Question { key: key.into(), label: label.into(), hint: hint.into() };
-    let rest_until_s =
-        recordings.first().and_then(|first| Seen::of(first).ok()).and_then(|seen| seen.rest_until_s);
+    let rest_until_s = recordings
+        .first()
+        .and_then(|first| SeenInRecording::of(first).ok())
+        .and_then(|seen| seen.rest_until_s);
     let folder = folder.to_owned();
     SetUp {
         questions: QUESTIONS.map(question).into(),

@@ -10,7 +10,7 @@ use crate::field::seed::{LARGER, is_same_place};
 use crate::icgn::outcome::Match;
 use crate::search::area::SearchArea;
 use crate::search::chance::{correlation_length_px, fisher, is_told_by, n_independent, share_told};
-use crate::search::rivals::{Own, Seen, best_rival};
+use crate::search::rivals::{Candidate, Own, best_rival};
 use crate::search::template::Template;
 use crate::warp::Warp;
 use crate::{PreparedSubset, Shape, Window, Workspace};
@@ -26,7 +26,7 @@ const SLACK: (f64, f64) = (0.5, 5.0);
 const FORETOLD: f64 = 4.0;
 /// By how many standard errors a group's correlation has to exceed what chance gives: once in 5e7.
 const BEYOND_CHANCE: f64 = 5.5;
-/// Standard errors that a search among thousands of places, and the shape function's freedom, gain by chance.
+/// Standard errors that a search among thousands of places, and the shape function's degrees_of_freedom, gain by chance.
 const BY_SEARCH: f64 = 4.0;
 /// Independent subsets of a group that count: more of them do not make a resemblance that is low likelier.
 const MOST_INDEPENDENT: f64 = 16.0;
@@ -262,9 +262,9 @@ fn stands(
 ) -> Result<(), Lost> {
     let subset = pair.prepare(place_px)?;
     // The shape function brings as many spots onto others as it has pairs of parameters, which neighbours that agree would contradict.
-    let (told, freedom) =
+    let (told, degrees_of_freedom) =
         if n_subsets < FEW { (share_told(&subset), subset.settings.shape.n_parameters()) } else { (1.0, 0) };
-    let n_told = told * n_independent(&subset) - freedom as f64;
+    let n_told = told * n_independent(&subset) - degrees_of_freedom as f64;
     let sigma = (n_told - 3.0).max(1.0).sqrt().recip();
     let beyond = BEYOND_CHANCE * sigma / n_subsets.sqrt();
     if mean < BY_SEARCH * sigma + beyond {
@@ -294,7 +294,7 @@ fn repeats(pair: &ImagePair<'_>, subset: &PreparedSubset, found: &Match, referen
     let own = Own { place_px: subset.centre_px, zncc: 1.0, length_px };
     best_rival(own, &peaks, |place_px| {
         let found = subset.solve(&window, Warp::at(place_px), &mut workspace).ok()?;
-        Some(Seen { warp: found.warp(), zncc: found.position.zncc })
+        Some(Candidate { warp: found.warp(), zncc: found.position.zncc })
     })
 }
 

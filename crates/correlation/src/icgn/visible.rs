@@ -5,7 +5,7 @@
 //! Outlier Detection, 1987), with their neighbours, are left out, and the rest is matched anew. Whatever is left out is
 //! missing in the Hessian, so sigma says what it cost. What is no noise and cannot be left out makes sigma larger.
 
-use chainwave_measurement::{Lost, centre_and_scatter};
+use chainwave_measurement::{Lost, median_and_robust_sigma};
 
 use crate::icgn::outcome::{Match, Stop};
 use crate::reference::mask::{INVALID_MARGIN_PX, dilated};
@@ -178,7 +178,7 @@ fn robust_moments(subset: &PreparedSubset, residuals: &[f64]) -> [f64; 2] {
     if values.len() < 2 {
         return [0.0, f64::INFINITY];
     }
-    centre_and_scatter(values).unwrap_or([0.0, f64::INFINITY])
+    median_and_robust_sigma(values).unwrap_or([0.0, f64::INFINITY])
 }
 
 /// Variance of a match's residuals over what the reference's noise and interpolation explain.

@@ -83,7 +83,7 @@ pub fn sharp_edge(
 ///
 /// # Errors
 /// As [`Reference::read`].
-pub fn told_edge(
+pub fn detected_edge(
     recording: &dyn Recording,
     subset: &Subset,
     frames: &ReferenceFrames,

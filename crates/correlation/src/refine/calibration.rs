@@ -1,7 +1,7 @@
 //! What a foreign method makes of a subset between two pixels, found on shifted pictures of the very subset.
 //!
 //! Such a method has a bias that depends on the texture and on the place between two pixels, and no covariance. The
-//! reference, less its noise, is shifted by known amounts ([`crate::self_test::shift`]). From pictures without noise the bias is taken
+//! reference, less its noise, is shifted by known amounts ([`crate::reference::shift`]). From pictures without noise the bias is taken
 //! as a sum of waves over the place found, of first and second order. From pictures with the reference's own noise comes the
 //! ratio of what is left to the standard uncertainty that this crate's own estimate of the same subset would have
 //! ([`crate::uncertainty`]): so many times that of each frame is the method's. What is left of a bias is more half way between
@@ -12,7 +12,7 @@ use std::f64::consts::{PI, TAU};
 use chainwave_measurement::{Lost, Subset};
 use nalgebra::{DMatrix, DVector};
 
-use crate::self_test::shift::{Normal, shifted};
+use crate::reference::shift::{Normal, shifted};
 use crate::uncertainty::{expected_sigma_px, signal_sigma_px};
 use crate::warp::Warp;
 use crate::{PreparedSubset, Reference, Window, Workspace};
@@ -58,8 +58,8 @@ impl Ratio {
                 continue;
             };
             let factors = &inverse * columns.transpose() * &target;
-            let freedom = squares.len().saturating_sub(used.len()).max(1) as f64;
-            let variance = (&columns * &factors - target).norm_squared() / freedom;
+            let degrees_of_freedom = squares.len().saturating_sub(used.len()).max(1) as f64;
+            let variance = (&columns * &factors - target).norm_squared() / degrees_of_freedom;
             let unseen = (1..used.len()).filter(|&k| factors[k] < SEEN * (variance * inverse[(k, k)]).sqrt());
             let Some(least) = unseen.min_by(|&a, &b| factors[a].total_cmp(&factors[b])) else {
                 // so that squares of errors over sigma are 1 on average, though the ratio itself is uncertain: the mean of F

@@ -18,8 +18,8 @@ pub(crate) fn chance_zncc(subset: &PreparedSubset, n_trials: f64, p: f64) -> f64
 
 /// The same of a match of which so many parameters were chosen, and the others came out as was expected.
 pub(crate) fn chance_zncc_by(n_parameters: usize, subset: &PreparedSubset, n_trials: f64, p: f64) -> f64 {
-    let freedom = (n_independent(subset) - 2.0 - n_parameters as f64).max(1.0);
-    let unexplained = (p / n_trials.max(1.0)).powf(2.0 / freedom);
+    let degrees_of_freedom = (n_independent(subset) - 2.0 - n_parameters as f64).max(1.0);
+    let unexplained = (p / n_trials.max(1.0)).powf(2.0 / degrees_of_freedom);
     (1.0 - unexplained).max(0.0).sqrt()
 }
 
@@ -32,7 +32,7 @@ pub(crate) fn expected_zncc(subset: &PreparedSubset) -> f64 {
 }
 
 /// Standard errors by which what noise leaves of a correlation has to exceed chance, so that a search is not in vain.
-const TOLD: f64 = 3.0;
+const DETECTION_SIGMAS: f64 = 3.0;
 
 /// Whether noise leaves enough of a subset that a search among so many places and deformations can tell it from chance.
 pub(crate) fn is_told(subset: &PreparedSubset, n_trials: f64) -> bool {
@@ -43,7 +43,7 @@ pub(crate) fn is_told(subset: &PreparedSubset, n_trials: f64) -> bool {
 /// Fisher's transform, give or take its scatter.
 pub(crate) fn is_told_by(correlation: f64, subset: &PreparedSubset, n_trials: f64) -> bool {
     let scatter = (n_independent(subset) - 3.0).max(1.0).sqrt().recip();
-    correlation >= fisher(chance_zncc(subset, n_trials, RARE)) + TOLD * scatter
+    correlation >= fisher(chance_zncc(subset, n_trials, RARE)) + DETECTION_SIGMAS * scatter
 }
 
 /// Speckles of a subset that are independent of each other.

@@ -9,7 +9,7 @@ pub(crate) const RIVAL_SHARE: f64 = 0.5;
 
 /// Where something was matched, and how well.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Seen {
+pub(crate) struct Candidate {
     pub(crate) warp: Warp,
     pub(crate) zncc: f64,
 }
@@ -25,7 +25,11 @@ pub(crate) struct Own {
 
 /// The best correlation at any of some places and where a match goes from there, unless it goes back to the match itself; after
 /// Fisher's transform.
-pub(crate) fn best_rival(own: Own, peaks: &[Found], mut again: impl FnMut([f64; 2]) -> Option<Seen>) -> f64 {
+pub(crate) fn best_rival(
+    own: Own,
+    peaks: &[Found],
+    mut again: impl FnMut([f64; 2]) -> Option<Candidate>,
+) -> f64 {
     let mut best = 0.0_f64;
     for &Found { place_px, zncc } in peaks {
         if zncc < RIVAL_SHARE * own.zncc {

@@ -106,7 +106,7 @@ impl Bend {
 
 /// What is known of a reading's bend along one axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Told {
+pub(crate) struct BendEstimate {
     /// Expected bend with its standard uncertainty, in pixels: what the affine place lacks, but for the fourth order.
     bend: Estimate,
     /// What the quadratic place lacks of the fourth order, over the bend.
@@ -115,7 +115,7 @@ pub(crate) struct Told {
     is_fourth_known: bool,
 }
 
-impl Told {
+impl BendEstimate {
     /// The affine place with the bend, and what is not known of it in sigma.
     pub(crate) fn with_bend(&self, place: Estimate) -> Estimate {
         let bent = Estimate::new(place.value + self.bend.value, place.sigma.hypot(self.bend.sigma));
@@ -136,12 +136,12 @@ impl Told {
 }
 
 /// What is known of the bends of some subsets, frame by frame, along x and y.
-pub(crate) type AllTold = Vec<Vec<[Option<Told>; 2]>>;
+pub(crate) type AllBends = Vec<Vec<[Option<BendEstimate>; 2]>>;
 
 /// What the bends of all subsets of a film, frame by frame, tell of each of them.
-pub(crate) fn tell(bends: &[Vec<Option<Bend>>], subsets: &[Subset]) -> AllTold {
+pub(crate) fn tell(bends: &[Vec<Option<Bend>>], subsets: &[Subset]) -> AllBends {
     let n_frames = bends.first().map_or(0, Vec::len);
-    let mut told: AllTold = vec![vec![[None; 2]; n_frames]; bends.len()];
+    let mut told: AllBends = vec![vec![[None; 2]; n_frames]; bends.len()];
     for frame in 0..n_frames {
         let near = frame.saturating_sub(NEAR_FRAMES)..(frame + NEAR_FRAMES + 1).min(n_frames);
         let near: Vec<Vec<Bend>> = bends
@@ -164,7 +164,8 @@ pub(crate) fn tell(bends: &[Vec<Option<Bend>>], subsets: &[Subset]) -> AllTold {
                 let sizes = apart.as_ref().unwrap_or(&all);
                 let fourth = fourth(sizes.mean, slope, &subsets[subset]);
                 let is_fourth_known = n_subsets >= LEAST_SUBSETS;
-                told[subset][frame][axis] = Some(Told { bend: sizes.bend(own), fourth, is_fourth_known });
+                told[subset][frame][axis] =
+                    Some(BendEstimate { bend: sizes.bend(own), fourth, is_fourth_known });
             }
         }
     }

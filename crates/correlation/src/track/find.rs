@@ -7,7 +7,7 @@ use crate::PreparedSubset;
 use crate::acceptance::{Origin, Standard};
 use crate::search::area_around;
 use crate::search::patch::Deformations;
-use crate::search::rivals::Seen;
+use crate::search::rivals::Candidate;
 use crate::search::template::Template;
 use crate::track::predict::{History, Search};
 use crate::warp::Warp;
@@ -24,7 +24,7 @@ pub(crate) trait Locate {
     fn locate(&mut self, frame: usize, start: Warp) -> Result<Self::Found, Lost>;
 
     /// Where it is, and how well it resembles the reference.
-    fn seen(found: &Self::Found) -> Seen;
+    fn seen(found: &Self::Found) -> Candidate;
 }
 
 /// What is looked for in a frame, and what is known of it.

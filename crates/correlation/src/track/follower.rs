@@ -8,7 +8,7 @@ use crate::acceptance::Standard;
 use crate::evidence::ShapeTest;
 use crate::icgn::outcome::Match;
 use crate::icgn::visible::noise_ratio;
-use crate::search::rivals::Seen;
+use crate::search::rivals::Candidate;
 use crate::structure::Structure;
 use crate::track::alike::{self, Alike};
 use crate::track::bending::Bend;
@@ -411,7 +411,7 @@ impl Locate for Matched<'_, '_> {
         self.matcher.match_from(self.subset, frame, start)
     }
 
-    fn seen(found: &Match) -> Seen {
-        Seen { warp: found.warp(), zncc: found.position.zncc }
+    fn seen(found: &Match) -> Candidate {
+        Candidate { warp: found.warp(), zncc: found.position.zncc }
     }
 }

@@ -1,7 +1,7 @@
 //! Displacements and velocities of all bodies, as a table states them.
 
 use crate::error::Error;
-use crate::table::Table;
+use crate::input::table::Table;
 
 /// Displacements and velocities of all bodies.
 #[derive(Debug, Clone, PartialEq)]

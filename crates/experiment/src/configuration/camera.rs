@@ -6,7 +6,7 @@ use chainwave_camera::RawGeometry;
 use serde::{Deserialize, Serialize};
 
 use super::named;
-use crate::numbers::{NotNegative, Positive};
+use crate::input::numbers::{NotNegative, Positive};
 
 /// How pictures map to the chain: by exactly one of a magnification, a ruler, marks or a calibration.
 #[derive(Debug, Clone, Serialize, Deserialize)]

@@ -6,7 +6,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 
 use super::Pattern;
 use crate::error::Error;
-use crate::numbers::{NotNegative, Positive};
+use crate::input::numbers::{NotNegative, Positive};
 
 /// The chain.
 #[derive(Debug, Clone, Serialize, Deserialize)]

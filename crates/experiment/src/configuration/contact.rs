@@ -10,7 +10,7 @@ use chainwave_mechanics::{
 use serde::{Deserialize, Serialize};
 
 use crate::error::Error;
-use crate::numbers::{NotNegative, Positive};
+use crate::input::numbers::{NotNegative, Positive};
 
 /// The contacts of a chain.
 #[derive(Debug, Clone, PartialEq)]

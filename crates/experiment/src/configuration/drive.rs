@@ -7,10 +7,10 @@ use serde::{Deserialize, Serialize};
 
 use super::body_state::BodyState;
 use super::precompression::precompressed_m;
+use crate::configuration::shaker::Shaker;
 use crate::error::Error;
-use crate::numbers::{NotNegative, Positive};
-use crate::shaker::Shaker;
-use crate::table::Table;
+use crate::input::numbers::{NotNegative, Positive};
+use crate::input::table::Table;
 
 /// What sets a chain in motion.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

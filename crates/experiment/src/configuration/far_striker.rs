@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 use super::contact::Contact;
 use super::far_end::FarEndTable;
 use crate::error::Error;
-use crate::numbers::{NotNegative, Positive};
-use crate::table::Table;
+use crate::input::numbers::{NotNegative, Positive};
+use crate::input::table::Table;
 
 /// A body that comes towards the chain from behind its last body, and pushes only.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::Trial;
-use crate::numbers::Positive;
+use crate::input::numbers::Positive;
 
 /// Something that goes wrong in the laboratory: an entry of `[[synthetic.faults]]`. Recordings go by the names in the trials
 /// table.

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Experiment, Synthetic, Trial, middle_px};
 use crate::error::Error;
-use crate::numbers::Positive;
+use crate::input::numbers::Positive;
 
 /// Longest interval of simulated motions and of the truth.
 const LONGEST_TRUTH_INTERVAL_S: f64 = 1e-5;

@@ -6,9 +6,9 @@ use serde::Deserialize;
 
 use super::contact::{Contact, Law};
 use crate::error::Error;
-use crate::numbers::{NotNegative, Positive};
-use crate::table::Table;
-use crate::text_file::read_toml;
+use crate::input::numbers::{NotNegative, Positive};
+use crate::input::table::Table;
+use crate::input::text_file::read_toml;
 
 /// What is read of CONTACT.toml; the rest of it is for people.
 #[derive(Deserialize)]

@@ -133,7 +133,7 @@ impl<'de, T: DeserializeOwned> Visitor<'de> for PatternVisitor<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numbers::Positive;
+    use crate::input::numbers::Positive;
 
     #[derive(Deserialize)]
     struct Table {

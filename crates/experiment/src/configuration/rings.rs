@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::numbers::Positive;
+use crate::input::numbers::Positive;
 
 /// `[synthetic.rings]`: bodies move, and bend in the picture, as the ring model says. Their axes and wall are those of
 /// `[synthetic.specimen.ring]`, the rest is here.

@@ -4,7 +4,7 @@ use chainwave_correlation::{Interpolation, Shape, ShapeChoice};
 use serde::{Deserialize, Serialize};
 
 use super::named;
-use crate::outline;
+use crate::configuration::outline;
 
 /// How bodies are followed.
 #[derive(Debug, Clone, Serialize, Deserialize)]

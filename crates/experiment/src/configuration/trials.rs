@@ -8,8 +8,8 @@ use super::Experiment;
 use super::fill_in::expect_filled_in;
 use super::trial::Trial;
 use crate::error::Error;
-use crate::table::Table;
-use crate::text_file::read_text;
+use crate::input::table::Table;
+use crate::input::text_file::read_text;
 
 impl Experiment {
     /// Reads the table of recordings that the experiment names; `experiment_path` is where the experiment itself lies.

@@ -4,7 +4,7 @@ use chainwave_mechanics::{Chain, Law, PowerLaw};
 use serde::{Deserialize, Serialize};
 
 use super::far_end::FarEndTable;
-use crate::numbers::{NotNegative, Positive};
+use crate::input::numbers::{NotNegative, Positive};
 
 /// What is true of the chain that is filmed, beside what is stated of it.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]

@@ -7,10 +7,10 @@ use sha2::{Digest, Sha256};
 
 use super::correction::{Correction, Remedy};
 use crate::configuration::{Experiment, Trial};
-use crate::content::hexadecimal;
 use crate::error::Error;
-use crate::table::Table;
-use crate::text_file::read_text;
+use crate::input::content::hexadecimal;
+use crate::input::table::Table;
+use crate::input::text_file::read_text;
 
 /// Name of the file of corrections beside an experiment that names no other.
 pub const CORRECTIONS_FILE: &str = "corrections.csv";

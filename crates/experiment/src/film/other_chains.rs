@@ -9,7 +9,7 @@ use crate::configuration::{
     Contact, DriveTable, Experiment, FarStrikerTable, Law, Pattern, Synthetic, Trial,
 };
 use crate::error::Error;
-use crate::numbers::{NotNegative, Positive};
+use crate::input::numbers::{NotNegative, Positive};
 
 /// A chain that an experiment is filmed with in place of its own; what it is is stated.
 #[derive(Debug, Clone, Copy)]

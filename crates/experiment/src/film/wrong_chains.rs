@@ -2,7 +2,7 @@
 //! their cause.
 
 use crate::configuration::{Experiment, FarEndTable, TrueChain};
-use crate::numbers::{NotNegative, Positive};
+use crate::input::numbers::{NotNegative, Positive};
 
 /// A kind of what a chain has and its model does not say.
 #[derive(Debug, Clone, Copy)]

@@ -5,7 +5,7 @@ use chainwave_mechanics::{Schedule, simulate};
 
 use crate::configuration::Experiment;
 use crate::error::Error;
-use crate::numbers::Positive;
+use crate::input::numbers::Positive;
 
 /// What is taken for true.
 #[derive(Debug, Clone)]

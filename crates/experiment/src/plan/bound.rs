@@ -15,8 +15,8 @@ use super::rehearsal::Rehearsal;
 use super::schedule::PlannedRecording;
 use super::{AssumedChain, Prepared};
 use crate::error::Error;
+use crate::recordings::view::bodies_in_view;
 use crate::setup::Setup;
-use crate::view::bodies_in_view;
 
 /// The least standard deviations that pixels allow, in kilograms per second.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -187,7 +187,7 @@ mod tests {
     use super::*;
     use crate::film::film_experiment;
     use crate::monitor::Monitor;
-    use crate::store::MemoryStore;
+    use crate::tracking::store::MemoryStore;
 
     const SMALL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/small-experiment/experiment.toml");
     const TWO: NonZero<usize> = NonZero::<usize>::MIN.saturating_add(1);

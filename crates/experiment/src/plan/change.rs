@@ -2,10 +2,10 @@
 
 use super::rehearsal::Rehearsal;
 use super::schedule::Schedule;
-use crate::calibration::ChainMap;
+use crate::camera::calibration::ChainMap;
 use crate::configuration::Experiment;
 use crate::error::Error;
-use crate::numbers::{NotNegative, Positive};
+use crate::input::numbers::{NotNegative, Positive};
 
 /// A change of a plan, one that halves or doubles something.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,8 +1,8 @@
 //! What ways through an experiment cost: the pixels that each looks at, made up from what is counted once for each part of them.
 
 use super::schedule::{PlannedRecording, Schedule};
+use crate::recordings::view::bodies_in_view;
 use crate::setup::Setup;
-use crate::view::bodies_in_view;
 
 /// What a run looks at, as indices into the trials, times and sizes that are tried.
 pub(super) type Extent = [usize; 3];

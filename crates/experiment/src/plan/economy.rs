@@ -24,12 +24,12 @@ use super::rehearsal::Rehearsal;
 use super::schedule::Schedule;
 use super::{Prepared, pictures, rehearsed};
 use crate::configuration::Tracking;
-use crate::decisions::Decision;
 use crate::error::Error;
-use crate::follow::follow;
+use crate::evaluation::decisions::Decision;
 use crate::monitor::{Monitor, Stage};
+use crate::recordings::view::first_view;
 use crate::setup::Setup;
-use crate::view::first_view;
+use crate::tracking::follow::follow;
 
 /// How recordings are to be processed for results that are known well enough.
 #[derive(Clone)]

@@ -4,7 +4,7 @@
 use super::aim::Aim;
 use super::precision::{PlannedResult, Precision};
 use super::rehearsal::Rehearsal;
-use crate::decisions::Decision;
+use crate::evaluation::decisions::Decision;
 use crate::setup::Setup;
 
 /// Numbers of replicas that are tried where fewer than stated may do.

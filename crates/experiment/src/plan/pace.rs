@@ -9,9 +9,9 @@ use chainwave_measurement::{Excerpt, Subset, map_in_parallel, median};
 use super::pictures::{MOST_REST_FRAMES, Pictures};
 use super::schedule::{PlannedRecording, Schedule};
 use crate::error::Error;
-use crate::follow::{edges_beside, follow, threads_of_each};
 use crate::monitor::Monitor;
 use crate::setup::Setup;
+use crate::tracking::follow::{edges_beside, follow, threads_of_each};
 
 /// Seconds of one thread while all of them work: they share memory, caches and often cores.
 #[derive(Debug, Clone, Copy, Default)]

@@ -9,8 +9,8 @@ use super::in_memory::share_in_memory;
 use super::planned_camera::PlannedCamera;
 use crate::configuration::Trial;
 use crate::error::Error;
+use crate::recordings::view::{bodies_in_view, frames_at_rest, rest_frames};
 use crate::setup::Setup;
-use crate::view::{bodies_in_view, frames_at_rest, rest_frames};
 
 /// Pictures of one view.
 pub(super) struct Pictures {

@@ -5,7 +5,7 @@ use chainwave_synthetic::{Camera, Effects, Marker, Packing, Ring, Rods, Sensor, 
 
 use crate::configuration::Experiment;
 use crate::error::Error;
-use crate::numbers::Positive;
+use crate::input::numbers::Positive;
 use crate::setup::Setup;
 
 /// A camera, what it sees, and how long.

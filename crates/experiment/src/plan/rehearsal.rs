@@ -14,12 +14,12 @@ use super::readings::Readings;
 use super::schedule::{PlannedRecording, Schedule};
 use crate::configuration::Trial;
 use crate::error::Error;
-use crate::scale::SharedBody;
+use crate::geometry::scale::SharedBody;
+use crate::geometry::stages::Stages;
+use crate::recordings::view::bodies_in_view;
 use crate::setup::Setup;
-use crate::stages::Stages;
 use crate::tracked::{Origin, Tracked, TrackedRecording};
 use crate::tracks::{FollowedBody, RecordingTracks};
-use crate::view::bodies_in_view;
 
 /// What is rehearsed.
 #[derive(Clone)]

@@ -8,8 +8,8 @@ use chainwave_measurement::RecordingInfo;
 use super::in_memory::share_in_memory;
 use super::planned_camera::PlannedCamera;
 use crate::configuration::Trial;
+use crate::recordings::view::bodies_in_view;
 use crate::setup::Setup;
-use crate::view::bodies_in_view;
 
 /// A recording as it is, or will be.
 #[derive(Debug, Clone)]

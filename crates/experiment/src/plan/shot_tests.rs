@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use super::*;
-use crate::shot::{LookedAt, unlike};
+use crate::tracking::shot::{LookedAt, unlike};
 
 const SMALL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/small-experiment/experiment.toml");
 const N_SEEDS: u64 = 60;

@@ -8,7 +8,7 @@ use chainwave_synthetic::Scene;
 use super::*;
 use crate::configuration::Marks;
 use crate::film::film_experiment;
-use crate::store::MemoryStore;
+use crate::tracking::store::MemoryStore;
 
 const SMALL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/small-experiment/experiment.toml");
 const TWO: NonZero<usize> = NonZero::<usize>::MIN.saturating_add(1);

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use chainwave_measurement::{centre_and_scatter, median};
+use chainwave_measurement::{median, median_and_robust_sigma};
 
 use super::series::Series;
 
@@ -40,7 +40,7 @@ impl Blocks {
         for piece in pieces.keys() {
             let near = pieces.range(piece.saturating_sub(1)..=piece.saturating_add(1));
             let around: Vec<f64> = near.flat_map(|(_, values)| values).copied().collect();
-            blocks.usual.extend(centre_and_scatter(around).map(|usual| (*piece, usual)));
+            blocks.usual.extend(median_and_robust_sigma(around).map(|usual| (*piece, usual)));
         }
         blocks
     }

@@ -25,7 +25,7 @@ pub(crate) struct TrialBesideOthers {
     /// How the others scatter.
     pub(crate) scatter_px: f64,
     /// Degrees of freedom by which that is known, where one thing differs from trial to trial.
-    pub(crate) freedom: f64,
+    pub(crate) degrees_of_freedom: f64,
     /// Body and frame of the reading that lies farthest from the others' mean.
     pub(crate) farthest: (usize, usize),
     /// How far.
@@ -46,8 +46,8 @@ impl TrialBesideOthers {
         let n = Some(sums.n_readings).filter(|n| *n > 0.0)?;
         let [apart_px, scatter_px] = [sums.apart, sums.scatter].map(|sum| (sum / n).sqrt());
         let Sums { n_others, farthest, by_px, .. } = sums;
-        let freedom = n_others / n - 1.0;
-        Some(Self { apart_px, scatter_px, freedom, farthest, by_px })
+        let degrees_of_freedom = n_others / n - 1.0;
+        Some(Self { apart_px, scatter_px, degrees_of_freedom, farthest, by_px })
     }
 }
 

@@ -7,7 +7,7 @@
 
 use std::num::NonZero;
 
-use chainwave_measurement::{Position, Recording, Region, map_in_parallel, median, usual_size};
+use chainwave_measurement::{Position, Recording, Region, map_in_parallel, median, robust_sigma_about_zero};
 
 use crate::finding::Finding;
 use crate::setup::Setup;
@@ -110,7 +110,7 @@ impl LightChange {
             };
             let steps = (1..n).filter_map(|j| relative([j - 1, j]));
             // Still light may have changed on this body and, the other way, on those beside.
-            let least = 2.0 * MOST_STILL + TOLD_SIGMAS * usual_size(steps)?;
+            let least = 2.0 * MOST_STILL + TOLD_SIGMAS * robust_sigma_about_zero(steps)?;
             let of_pair = |pair: [usize; 2]| {
                 let [first, second] = pair.map(|k| lit[index][k]);
                 let (first, second) = (first?, second?);

@@ -1,6 +1,6 @@
 //! The stated pitch and scale against the step at which the pictures repeat themselves.
 
-use chainwave_measurement::{Estimate, centre_and_scatter};
+use chainwave_measurement::{Estimate, median_and_robust_sigma};
 
 use super::stated::scale_key;
 use super::view_at_rest::Facts;
@@ -51,7 +51,7 @@ pub(super) fn contradicted(setup: &Setup, facts: &[Facts]) -> Option<Finding> {
 /// The median over views with its standard uncertainty, for an error of each view at least; a view alone is believed to two per cent.
 fn of_views(ratios: &[f64], of_each: f64) -> Option<Estimate> {
     const ONE_VIEW: f64 = 0.02;
-    let [middle, scatter] = centre_and_scatter(ratios.to_vec())?;
+    let [middle, scatter] = median_and_robust_sigma(ratios.to_vec())?;
     let n = ratios.len() as f64;
     let sigma = if ratios.len() < 3 { ONE_VIEW / n.sqrt() } else { of_each.max(1.5 * scatter) / n.sqrt() };
     Some(Estimate::new(middle, sigma.max(LEAST_SIGMA)))

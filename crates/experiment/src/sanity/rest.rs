@@ -1,14 +1,14 @@
 //! Motion while the chain should be at rest: a trigger that came late, or something that drifts.
 
 use chainwave_correlation::{ReferenceFrames, Settings, track_from};
-use chainwave_measurement::{Estimate, Observation, Subset, centre_and_scatter, median};
+use chainwave_measurement::{Estimate, Observation, Subset, median, median_and_robust_sigma};
 
 use super::view_at_rest::ViewAtRest;
 use crate::finding::Finding;
+use crate::recordings::view::frames_at_rest;
 use crate::setup::Setup;
 use crate::tracked::Tracked;
 use crate::tracks::FollowedBody;
-use crate::view::frames_at_rest;
 
 /// What a finding of this kind is called.
 pub(crate) const MOTION_AT_REST: &str = "motion_at_rest";
@@ -163,7 +163,7 @@ fn moved(readings: &[Option<Estimate>]) -> Option<Motion> {
     }
     let (early, late) = seen.split_at(seen.len() / 2);
     let values = |half: &[(usize, Estimate)]| half.iter().map(|(_, x)| x.value).collect::<Vec<f64>>();
-    let [middle, scatter] = centre_and_scatter(values(early))?;
+    let [middle, scatter] = median_and_robust_sigma(values(early))?;
     let stated = median(seen.iter().map(|(_, x)| x.sigma).collect())?;
     let sigma = stated.max(scatter);
     let off = |x: &Estimate| (x.value - middle) / sigma;

@@ -5,7 +5,7 @@ use std::num::NonZero;
 use chainwave_measurement::map_in_parallel;
 
 use crate::configuration::Trial;
-use crate::marker_pair::AtRest;
+use crate::geometry::marker_pair::AtRest;
 use crate::setup::Setup;
 
 /// A recording by its last few frames at rest.

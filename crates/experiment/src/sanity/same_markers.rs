@@ -3,7 +3,7 @@
 use chainwave_correlation::Method;
 
 use super::resting::Resting;
-use crate::marker_pair::MarkerPair;
+use crate::geometry::marker_pair::MarkerPair;
 
 /// Whether one of the bodies that two recordings should share at rest looks the same in both; `None` where they should share none that each of them finds
 /// again in its own frames, or one cannot be read.

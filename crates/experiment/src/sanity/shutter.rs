@@ -4,19 +4,19 @@
 use std::collections::BTreeMap;
 use std::num::NonZero;
 
-use chainwave_analysis::LEVEL;
+use chainwave_analysis::SIGNIFICANCE_LEVEL;
 use chainwave_analysis::probability::variance_ratio_beyond;
 use chainwave_correlation::{Acceptance, ReferenceFrames, Settings, mean_of_frames};
 use chainwave_measurement::{
-    Estimate, MemoryRecording, Position, Recording, Region, Subset, centre_and_scatter, map_in_parallel,
-    median,
+    Estimate, MemoryRecording, Position, Recording, Region, Subset, map_in_parallel, median,
+    median_and_robust_sigma,
 };
 
 use crate::finding::Finding;
+use crate::recordings::view::frames_at_rest;
 use crate::setup::Setup;
 use crate::tracked::{Tracked, TrackedRecording};
 use crate::tracks::FollowedBody;
-use crate::view::frames_at_rest;
 use crate::wording::estimate;
 
 /// Bodies of recordings that are looked at, spread evenly over all.
@@ -58,7 +58,7 @@ pub(crate) fn rolling_shutter(
     let stated_s = setup.line_time_s();
     let contradicts = (line_time.found_s.value - stated_s).abs() * line_time.n_lines
         > WORTH_A_WORD * line_time.period_s
-        && line_time.p_value < LEVEL;
+        && line_time.p_value < SIGNIFICANCE_LEVEL;
     let corrects = !is_stated && line_time.p_value < CERTAIN;
     let stated = match is_stated {
         true => format!("{:.3} us stated", 1e6 * stated_s),
@@ -132,13 +132,14 @@ fn line_time(setup: &Setup, tracked: &Tracked, n_threads: NonZero<usize>) -> Opt
     let squares = sum(|one| one.velocity_squared);
     let slope_s = sum(|one| one.shear_by_velocity) / squares;
     let left_over = |one: &Sheared| (one.shear_by_velocity - slope_s * one.velocity_squared).powi(2);
-    let freedom = n as f64 - 1.0;
-    let variance = sheared.iter().map(left_over).sum::<f64>() / squares.powi(2) * (n as f64 / freedom);
+    let degrees_of_freedom = n as f64 - 1.0;
+    let variance =
+        sheared.iter().map(left_over).sum::<f64>() / squares.powi(2) * (n as f64 / degrees_of_freedom);
     let off = slope_s - setup.line_time_s();
     let first = sheared.first()?;
     Some(LineTime {
         found_s: Estimate::new(slope_s, variance.sqrt()),
-        p_value: variance_ratio_beyond(off.powi(2) / variance, 1.0, freedom),
+        p_value: variance_ratio_beyond(off.powi(2) / variance, 1.0, degrees_of_freedom),
         n_lines: first.n_lines,
         period_s: first.period_s,
     })
@@ -193,7 +194,7 @@ impl Sheared {
 /// Frames without those in which some half was matched elsewhere: shears that lie many deviations, by the median of their distances, off the
 /// median.
 fn without_strays(shears: Vec<(f64, f64)>) -> Option<Vec<(f64, f64)>> {
-    let [middle, scatter] = centre_and_scatter(shears.iter().map(|(_, shear)| *shear).collect())?;
+    let [middle, scatter] = median_and_robust_sigma(shears.iter().map(|(_, shear)| *shear).collect())?;
     let is_near = |(_, shear): &(f64, f64)| (shear - middle).abs() <= STRAY_SIGMAS * scatter;
     Some(shears.into_iter().filter(is_near).collect())
 }

@@ -2,10 +2,10 @@
 
 use chainwave_measurement::Estimate;
 
+use crate::chain::stated_motion::StatedMotion;
 use crate::configuration::Experiment;
 use crate::error::Error;
 use crate::finding::Finding;
-use crate::stated_motion::StatedMotion;
 
 /// Shares of the speed that the stated chain has, between which nothing is said: friction, a striker that is not as stated and the like change it
 /// by tenths.

@@ -12,10 +12,10 @@ use super::view_at_rest::ViewAtRest;
 use crate::configuration::Trial;
 use crate::error::Error;
 use crate::finding::{Finding, Sanity};
-use crate::numbers::NotNegative;
+use crate::geometry::stages::{Stages, StatedStep};
+use crate::input::numbers::NotNegative;
+use crate::recordings::view::bodies_in_view;
 use crate::setup::Setup;
-use crate::stages::{Stages, StatedStep};
-use crate::view::bodies_in_view;
 
 /// Another meaning of a stage's position.
 struct Meaning {

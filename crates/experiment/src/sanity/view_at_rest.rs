@@ -8,8 +8,8 @@ use chainwave_measurement::{Recording, RecordingInfo, Region, Subset};
 use super::repetition::pitch_in_picture;
 use crate::configuration::Trial;
 use crate::finding::Sanity;
+use crate::recordings::view::{bodies_in_view, frames_at_rest};
 use crate::setup::Setup;
-use crate::view::{bodies_in_view, frames_at_rest};
 
 /// Frames at rest whose mean is looked at: enough to see texture, and little to read.
 const MOST_FRAMES: usize = 8;

@@ -12,12 +12,12 @@ use chainwave_measurement::{Estimate, map_in_parallel, median};
 use super::resting::Resting;
 use crate::configuration::Trial;
 use crate::finding::{Finding, Sanity};
-use crate::scale::{Errors, SIZE_SIGMA, mean};
+use crate::geometry::scale::{Errors, SIZE_SIGMA, mean};
 use crate::setup::Setup;
 use crate::wording::estimate;
 
 /// Probability by chance, of distances from body to body, from which on nothing is said.
-const LEVEL: f64 = 1e-4;
+const SIGNIFICANCE_LEVEL: f64 = 1e-4;
 /// A change that matters to no result: a share of what a scale is known to.
 const LEAST: f64 = 3e-4;
 /// Standard deviations from which on the sizes of markers contradict the distances.
@@ -31,7 +31,7 @@ struct Larger {
     /// By the distances of bodies at rest, with what they scatter about the proportion.
     by_distance: Estimate,
     /// Bodies less two.
-    freedom: f64,
+    degrees_of_freedom: f64,
     /// By the sizes of their markers.
     by_size: Option<Estimate>,
 }
@@ -102,7 +102,8 @@ fn than_first(method: Method, of_view: &[&Resting]) -> Vec<Option<Larger>> {
 
 fn is_told(larger: &Larger) -> bool {
     let Estimate { value, sigma } = larger.by_distance;
-    value.abs() > LEAST && variance_ratio_beyond((value / sigma).powi(2), 1.0, larger.freedom) < LEVEL
+    value.abs() > LEAST
+        && variance_ratio_beyond((value / sigma).powi(2), 1.0, larger.degrees_of_freedom) < SIGNIFICANCE_LEVEL
 }
 
 /// Whether markers are not as much larger as the distances between them.
@@ -155,7 +156,7 @@ fn larger(method: Method, one: &Resting, other: &Resting) -> Option<Larger> {
     let by_distance = slope(&places)?;
     let by_size =
         mean(&sizes, Errors::Own).map(|size| Estimate::new(size.value, size.sigma.hypot(SIZE_SIGMA)));
-    Some(Larger { by_distance, freedom: places.len() as f64 - 2.0, by_size })
+    Some(Larger { by_distance, degrees_of_freedom: places.len() as f64 - 2.0, by_size })
 }
 
 /// The slope of a straight line through points, with what they scatter about it; `None` of too few.
@@ -180,7 +181,7 @@ mod tests {
         let estimate = |value| Estimate::new(value, 3e-4);
         Larger {
             by_distance: Estimate::new(by_distance, 1e-5),
-            freedom: 3.0,
+            degrees_of_freedom: 3.0,
             by_size: Some(estimate(by_size)),
         }
     }

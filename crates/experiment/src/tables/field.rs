@@ -3,7 +3,7 @@
 use chainwave_correlation::{Field, FieldPoint, Strain};
 use chainwave_measurement::Estimate;
 
-use crate::result_table::{ResultTable, column};
+use crate::tables::result_table::{ResultTable, column};
 
 /// A field with its strains as a table: `x_px, y_px, u_px, v_px, sigma_u_px, sigma_v_px, zncc, iterations, status, shape`, and the strains
 /// `strain_xx, strain_yy, strain_xy` with their sigmas.

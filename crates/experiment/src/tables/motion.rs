@@ -5,8 +5,8 @@ use chainwave_measurement::Estimate;
 use chainwave_stitching::{Spread, Stitched};
 use ndarray::Array2;
 
-use crate::result_table::{ResultTable, column};
-use crate::side_motion::SideMotion;
+use crate::merging::side_motion::SideMotion;
+use crate::tables::result_table::{ResultTable, column};
 
 /// The stitched motion: `t_s, body, x_m, sigma_m`, what was tracked across the chain and of rotation, and `n_trials, within_trial_m,
 /// between_trials_m`; a row for each body and time where it was measured.

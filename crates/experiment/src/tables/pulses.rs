@@ -3,7 +3,7 @@
 use chainwave_analysis::{Pass, Pulse, Pulses};
 use chainwave_measurement::Estimate;
 
-use crate::result_table::{ResultTable, column};
+use crate::tables::result_table::{ResultTable, column};
 
 /// Status of a passage at which another pulse is so near that the hump is both pulses'.
 const MEETS: &str = "meets another";

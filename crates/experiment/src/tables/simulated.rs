@@ -3,7 +3,7 @@
 use chainwave_measurement::Trajectory;
 use chainwave_mechanics::StrikerMotion;
 
-use crate::result_table::{ResultTable, column};
+use crate::tables::result_table::{ResultTable, column};
 
 /// The motion, time by time: `t_s, body, x_m, v_m_per_s`; body 0 is the striker, and the one behind the last the far striker.
 pub fn simulated_table(

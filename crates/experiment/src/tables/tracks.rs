@@ -2,8 +2,8 @@
 
 use chainwave_measurement::{Lost, Position};
 
-use crate::follow::Followed;
-use crate::result_table::{ResultTable, column};
+use crate::tables::result_table::{ResultTable, column};
+use crate::tracking::follow::Followed;
 use crate::tracks::RecordingTracks;
 
 /// The rows of a table of tracks: `recording, name, frame, t_s, x_px, y_px, sigma_x_px, sigma_y_px, theta_rad,

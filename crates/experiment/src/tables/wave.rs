@@ -3,8 +3,8 @@
 use chainwave_analysis::{GapFront, Measurement, Missing};
 use chainwave_measurement::Estimate;
 
-use crate::result_table::{ResultTable, column};
 use crate::tables::motion::by_time;
+use crate::tables::result_table::{ResultTable, column};
 
 /// The strains: `t_s, gap, strain, sigma`.
 pub fn strain_table(measurement: &Measurement) -> ResultTable {

@@ -1,6 +1,6 @@
 //! One branch of a compression curve: what makes it one, its noise, and the readings before contact.
 
-use chainwave_measurement::{median, usual_size};
+use chainwave_measurement::{median, robust_sigma_about_zero};
 
 use super::branches::range;
 use super::error::ContactFitError;
@@ -123,11 +123,11 @@ impl Curve {
     fn check_slope(&self) -> Result<(), ContactFitError> {
         let sums = Sums::of(self);
         let line = sums.line(0, self.len());
-        let freedom = (self.len() - 2) as f64;
+        let degrees_of_freedom = (self.len() - 2) as f64;
         let residual_n = |(x, f): (&f64, &f64)| f - line.mean_n - line.slope_n_per_m * (x - line.mean_m);
         let squares: f64 =
             self.overlap_m.iter().zip(&self.force_n).map(|reading| residual_n(reading).powi(2)).sum();
-        let noise_n = (squares / freedom).sqrt().max(self.rounding_n());
+        let noise_n = (squares / degrees_of_freedom).sqrt().max(self.rounding_n());
         if line.slope_n_per_m.abs() <= REAL_SLOPE * noise_n / line.spread_m {
             return Err(ContactFitError::ConstantForce { mean_n: line.mean_n, noise_n });
         }
@@ -162,7 +162,7 @@ impl Curve {
             let off_n = f[1] - (1.0 - weight) * f[0] - weight * f[2];
             off_n.abs() / (1.0 + (1.0 - weight).powi(2) + weight * weight).sqrt()
         };
-        usual_size((1..self.len() - 1).map(off_line)).unwrap_or(0.0)
+        robust_sigma_about_zero((1..self.len() - 1).map(off_line)).unwrap_or(0.0)
     }
 
     /// Number of readings before contact, 0 where there are none to be seen: the force there is flat, against the slope of

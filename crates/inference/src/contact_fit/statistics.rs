@@ -17,9 +17,9 @@ const CLOSEST: f64 = 0.99;
 const ROUNDING: f64 = 1e-14;
 
 /// The factor that makes of `deviations` of a normal distribution the interval of equal probability for an error whose size is
-/// known from `freedom` degrees of freedom only (Student's t, by its expansion in 1/freedom: Fisher and Cornish 1960).
-pub(super) fn student(deviations: f64, freedom: usize) -> f64 {
-    let (z, nu) = (deviations, freedom as f64);
+/// known from `degrees_of_freedom` degrees of freedom only (Student's t, by its expansion in 1/degrees_of_freedom: Fisher and Cornish 1960).
+pub(super) fn student(deviations: f64, degrees_of_freedom: usize) -> f64 {
+    let (z, nu) = (deviations, degrees_of_freedom as f64);
     let square = z * z;
     let polynomial = |coefficients: &[f64]| coefficients.iter().rev().fold(0.0, |sum, c| sum * square + c);
     z * (1.0
@@ -181,9 +181,9 @@ mod tests {
     #[test]
     fn the_quantiles_are_the_published_ones() {
         // Tables of Student's t at 97.5 %; the series' next term is about 1e-3 of it at 5 degrees of freedom.
-        for (freedom, expected) in [(5, 2.5706), (8, 2.3060), (20, 2.0860), (100, 1.9840)] {
-            let found = student(Estimate::COVERAGE_95, freedom);
-            assert!((found - expected).abs() < 1.5e-3, "{freedom}: {found}");
+        for (degrees_of_freedom, expected) in [(5, 2.5706), (8, 2.3060), (20, 2.0860), (100, 1.9840)] {
+            let found = student(Estimate::COVERAGE_95, degrees_of_freedom);
+            assert!((found - expected).abs() < 1.5e-3, "{degrees_of_freedom}: {found}");
         }
     }
 }

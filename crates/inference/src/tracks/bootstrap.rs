@@ -13,12 +13,12 @@ pub struct OverTrials {
     /// Its standard deviation.
     pub sigma: f64,
     /// Degrees of freedom of that: few where the recordings of one view say most.
-    pub freedom: f64,
+    pub degrees_of_freedom: f64,
 }
 
 impl OverTrials {
     fn factor_95(&self) -> f64 {
-        student(Estimate::COVERAGE_95, self.freedom)
+        student(Estimate::COVERAGE_95, self.degrees_of_freedom)
     }
 
     /// The 95 % interval around a value, by Student's t.
@@ -57,8 +57,9 @@ pub(super) fn bootstrap(
         };
         let of_views: Vec<(f64, f64)> = views.iter().map(of_view).collect();
         let sum: f64 = of_views.iter().map(|(_, variance)| variance).sum();
-        let squares: f64 = of_views.iter().map(|(freedom, variance)| variance.powi(2) / freedom).sum();
-        OverTrials { sigma: sum.sqrt(), freedom: sum.powi(2) / squares }
+        let squares: f64 =
+            of_views.iter().map(|(degrees_of_freedom, variance)| variance.powi(2) / degrees_of_freedom).sum();
+        OverTrials { sigma: sum.sqrt(), degrees_of_freedom: sum.powi(2) / squares }
     }))
 }
 

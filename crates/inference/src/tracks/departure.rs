@@ -1,14 +1,14 @@
 //! Whether the tracks ask for more than the simplest model.
 
 use chainwave_analysis::probability::{chi_squared_beyond, normal_beyond};
-use chainwave_analysis::{Departure, LEVEL, Rule};
+use chainwave_analysis::{Departure, Rule, SIGNIFICANCE_LEVEL};
 use chainwave_measurement::{Estimate, Observation};
 use nalgebra::{DMatrix, DVector};
 
 use super::model::TrackModel;
 use super::neighbours::Neighbours;
 use super::outcome::{FittedRecording, TrackFit};
-use super::residuals::{TrackResiduals, freedom};
+use super::residuals::{TrackResiduals, degrees_of_freedom};
 use crate::damping::N_DAMPINGS;
 use crate::error::FitError;
 use crate::excess::{excess, reduced_chi_squared};
@@ -33,7 +33,7 @@ pub fn softening(observations: &[Observation], fit: &TrackFit) -> Result<Departu
 
 fn softened(size: Estimate) -> Departure {
     let z = size.value / size.sigma;
-    Departure { size, chi_squared: z * z, freedom: 1, p_value: normal_beyond(z) }
+    Departure { size, chi_squared: z * z, degrees_of_freedom: 1, p_value: normal_beyond(z) }
 }
 
 /// The same at the unknowns of a minimum of a model, and what is asked of it.
@@ -52,9 +52,9 @@ pub fn softening_rule() -> Rule {
         question: "contact law",
         text: format!(
             "a spring unless the tracks tell the law's softening from zero (one-sided, {} % level); 1 is the law that the experiment gives",
-            100.0 * LEVEL
+            100.0 * SIGNIFICANCE_LEVEL
         ),
-        level: Some(LEVEL),
+        level: Some(SIGNIFICANCE_LEVEL),
         rates: measured_rates::SOFTENING.to_vec(),
     }
 }
@@ -66,15 +66,15 @@ pub fn scatter_of_bodies_rule() -> Rule {
         text: format!(
             "none unless masses that are free in each body, or in {MOST_MASSES} groups of neighbours where there are more, scatter by more than \
              their errors (chi squared, {} % level); a stiffness that scatters from gap to gap shows as well",
-            100.0 * LEVEL
+            100.0 * SIGNIFICANCE_LEVEL
         ),
-        level: Some(LEVEL),
+        level: Some(SIGNIFICANCE_LEVEL),
         rates: measured_rates::SCATTER.to_vec(),
     }
 }
 
 /// Masses that are free at most. Where there are more bodies, neighbours share one: what a wave tells of masses is when it comes, which adds up over
-/// neighbours, so that few slow changes along the chain hold nearly all of it, and a number for each body would add freedom, and effort that
+/// neighbours, so that few slow changes along the chain hold nearly all of it, and a number for each body would add degrees_of_freedom, and effort that
 /// grows with the cube of their number, without evidence.
 const MOST_MASSES: usize = 64;
 
@@ -122,8 +122,8 @@ fn scatter_of_groups(
     let common = (&inverse * &ones).dot(&factors) / (&inverse * &ones).dot(&ones);
     let about_mean = factors.add_scalar(-common);
     let chi_squared = about_mean.dot(&(&inverse * &about_mean));
-    let freedom = quantities.len().saturating_sub(1).max(1);
-    let n = freedom as f64;
+    let degrees_of_freedom = quantities.len().saturating_sub(1).max(1);
+    let n = degrees_of_freedom as f64;
     let together = groups.len() as f64 / groups.iter().map(|group| (group.n as f64).recip()).sum::<f64>();
     let of_errors = together * covariance.trace() / n;
     let variance = together * (about_mean.norm_squared() - covariance.trace()) / n;
@@ -131,8 +131,8 @@ fn scatter_of_groups(
     let deviation = variance.max(0.0).sqrt();
     let total = variance.max(0.0) + of_errors;
     let sigma = total * (0.5 / n).sqrt() / deviation.max(total.sqrt() * (0.5 / n).powf(0.25));
-    let p_value = chi_squared_beyond(chi_squared, freedom as f64);
-    Ok(Departure { size: Estimate::new(deviation, sigma), chi_squared, freedom, p_value })
+    let p_value = chi_squared_beyond(chi_squared, degrees_of_freedom as f64);
+    Ok(Departure { size: Estimate::new(deviation, sigma), chi_squared, degrees_of_freedom, p_value })
 }
 
 /// The factor on the mass of a group of neighbours, or of one body.
@@ -214,7 +214,8 @@ impl FreedQuantities {
         let step = system.step().ok_or_else(|| failed(Failure::Undetermined(Vec::new())))?;
         let (first, n) = (problem.n_shared() - quantities.len(), quantities.len());
         // With these quantities free.
-        let left = reduced_chi_squared(at.chi_squared() - system.length2(&step), freedom(&problem));
+        let left =
+            reduced_chi_squared(at.chi_squared() - system.length2(&step), degrees_of_freedom(&problem));
         Ok(Self {
             step: step.rows(first, n).into_owned(),
             covariance: covariance.view((first, first), (n, n)) * excess(left),

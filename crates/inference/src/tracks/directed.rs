@@ -5,7 +5,7 @@
 //! Proc. Camb. Phil. Soc. 44 (1948) 50-57), and as many tests as there are hypotheses share the level (Bonferroni).
 
 use chainwave_analysis::probability::chi_squared_beyond;
-use chainwave_analysis::{LEVEL, Rule};
+use chainwave_analysis::{Rule, SIGNIFICANCE_LEVEL};
 use chainwave_measurement::Observation;
 
 use super::hypothesis::Hypothesis;
@@ -91,9 +91,9 @@ pub fn hypothesis_rule() -> Rule {
         question: "whether the tracks have the shape of something that the chain model does not state",
         text: format!(
             "no unless freeing it lowers chi squared by more than chance does ({} % level, shared by all that are tried)",
-            100.0 * LEVEL
+            100.0 * SIGNIFICANCE_LEVEL
         ),
-        level: Some(LEVEL),
+        level: Some(SIGNIFICANCE_LEVEL),
         rates: measured_rates::HYPOTHESIS.to_vec(),
     }
 }

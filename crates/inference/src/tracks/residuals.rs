@@ -164,8 +164,8 @@ impl<'a> TrackResiduals<'a> {
         let Estimate { value, sigma } = self.model.striker_velocity_m_per_s;
         let prior = ((at.own[r][0] - value) / sigma).powi(2);
         let n_positions = |track: &BodyTrack| track.position_m.iter().flatten().count().saturating_sub(1);
-        let freedom: usize = self.observations[r].bodies.iter().map(n_positions).sum();
-        (equations.chi_squared_of(r) - prior, freedom as f64)
+        let degrees_of_freedom: usize = self.observations[r].bodies.iter().map(n_positions).sum();
+        (equations.chi_squared_of(r) - prior, degrees_of_freedom as f64)
     }
 
     /// The model at values of the unknowns, integrated anew unless the last equations were those there.
@@ -431,10 +431,10 @@ pub(super) fn struck(
 }
 
 /// Residuals less unknowns, the places at rest among them.
-pub(super) fn freedom(problem: &TrackResiduals<'_>) -> usize {
+pub(super) fn degrees_of_freedom(problem: &TrackResiduals<'_>) -> usize {
     let n_tracks = problem.observations.iter().map(|observation| observation.bodies.len()).sum::<usize>();
     let n_unknowns = N_DAMPINGS + 2 * problem.observations.len() + n_tracks;
-    excess::freedom(problem.n_residuals, n_unknowns)
+    excess::degrees_of_freedom(problem.n_residuals, n_unknowns)
 }
 
 /// The range of striker velocities that a family must span: those given, and two standard deviations of the prior.

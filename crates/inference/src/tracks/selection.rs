@@ -6,7 +6,7 @@ use chainwave_measurement::Observation;
 use super::directed::{Directed, directed, hypothesis_rule};
 use super::hypothesis::Hypothesis;
 use super::model::TrackModel;
-use super::residuals::{Residual, TrackResiduals, freedom};
+use super::residuals::{Residual, TrackResiduals, degrees_of_freedom};
 use super::structure::{Fitted, Structure};
 use crate::damping::N_DAMPINGS;
 use crate::error::FitError;
@@ -287,6 +287,6 @@ fn fitted(problem: &TrackResiduals<'_>, equations: &NormalEquations) -> Fitted {
         problem.observations.iter().map(Observation::frame_interval_s).fold(f64::INFINITY, f64::min);
     let period_s = problem.model.chain.linear().map_or(0.0, |linear| linear.band_edge_hz().recip());
     let n_shared = problem.n_shared() as f64 + equations.n_told();
-    let n_own = problem.n_residuals.saturating_sub(freedom(problem) + N_DAMPINGS);
+    let n_own = problem.n_residuals.saturating_sub(degrees_of_freedom(problem) + N_DAMPINGS);
     Fitted { n_shared, n_own, cell_s: (period_s / PART).max(2.0 * frame_s) }
 }

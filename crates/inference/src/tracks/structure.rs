@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use chainwave_analysis::probability::variance_ratio_beyond;
-use chainwave_analysis::{LEVEL, Rule};
+use chainwave_analysis::{Rule, SIGNIFICANCE_LEVEL};
 
 use super::residuals::Residual;
 use crate::measured_rates;
@@ -18,7 +18,7 @@ pub struct Structure {
     /// Variance between cells over that within them.
     pub ratio: f64,
     /// Degrees of freedom of the two.
-    pub freedom: (f64, f64),
+    pub degrees_of_freedom: (f64, f64),
     /// Probability of such a ratio or a larger one, were there noise alone.
     pub p_value: f64,
     /// Standard deviation of what cells share, in units of the noise's.
@@ -99,7 +99,7 @@ impl Structure {
         let within = (n - fitted.n_shared - own - between).max(1.0);
         let noise2 = ((squares - shared2) / within).max(f64::MIN_POSITIVE);
         let ratio = shared2 / between / noise2;
-        // Each cell's expectation, had noise alone the fit's freedom.
+        // Each cell's expectation, had noise alone the fit's degrees_of_freedom.
         let expected = between / n_cells.max(1.0);
         let ratio_of = |takes: &dyn Fn(&(usize, i64)) -> bool| {
             let (sum, count) = cells
@@ -126,7 +126,7 @@ impl Structure {
         let in_cell = n / n_cells.max(1.0);
         Self {
             ratio,
-            freedom: (between, within),
+            degrees_of_freedom: (between, within),
             p_value: variance_ratio_beyond(ratio, between, within),
             size: ((ratio - 1.0).max(0.0) / in_cell).sqrt(),
             size_in_tracks: size_in_tracks(tracks.values(), fitted),
@@ -148,7 +148,7 @@ impl Structure {
 
     /// Excess of the sum of squares between cells over what noise leaves, in units of the noise's variance.
     pub(super) fn excess(&self) -> f64 {
-        (self.ratio - 1.0) * self.freedom.0
+        (self.ratio - 1.0) * self.degrees_of_freedom.0
     }
 
     /// The least excess that is still told.
@@ -159,19 +159,19 @@ impl Structure {
             let middle = 0.5 * (below + above);
             if is_told(middle) { above = middle } else { below = middle }
         }
-        (above - 1.0) * self.freedom.0
+        (above - 1.0) * self.degrees_of_freedom.0
     }
 
     /// By how much the residuals' sum of squares falls at least where either a share of the excess goes, or so much that none is told.
     pub(super) fn least_fall(&self, residuals: &[Residual], share: f64) -> f64 {
         let squares: f64 = residuals.iter().map(|residual| residual.value.powi(2)).sum();
-        let noise2 = squares / (self.ratio * self.freedom.0 + self.freedom.1);
+        let noise2 = squares / (self.ratio * self.degrees_of_freedom.0 + self.degrees_of_freedom.1);
         let excess = self.excess();
         noise2 * (share * excess).min(excess - self.least_excess_told())
     }
 
     fn p_value_of(&self, ratio: f64) -> f64 {
-        variance_ratio_beyond(ratio, self.freedom.0, self.freedom.1)
+        variance_ratio_beyond(ratio, self.degrees_of_freedom.0, self.degrees_of_freedom.1)
     }
 
     /// How much there is, and where it lives, in words.
@@ -220,9 +220,9 @@ pub fn structure_rule() -> Rule {
         text: format!(
             "unless residuals that neighbouring frames of a body share, in all its trials, vary more than noise does (F test of lack of \
              fit, {} % level), or neighbouring frames of single recordings share more than noise is",
-            100.0 * LEVEL
+            100.0 * SIGNIFICANCE_LEVEL
         ),
-        level: Some(LEVEL),
+        level: Some(SIGNIFICANCE_LEVEL),
         rates: measured_rates::STRUCTURE.to_vec(),
     }
 }

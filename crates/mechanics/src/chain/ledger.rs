@@ -2,7 +2,7 @@
 
 use pulp::{Simd, WithSimd};
 
-use super::course::Course;
+use super::gap_interpolant::GapInterpolant;
 use crate::equations::{model::ChainModel, state::ChainState};
 use crate::{
     integrator::step::Step,
@@ -137,7 +137,7 @@ impl Ledger {
     }
 
     fn book_peak(&mut self, model: &ChainModel<'_>, ends: [&ChainState; 2], step: Step, gap: usize) {
-        let course = Course::of_gap(model, ends, step, gap);
+        let course = GapInterpolant::of_gap(model, ends, step, gap);
         let part = course.turn();
         let peak_m = course.overlap_m(part);
         if peak_m > self.most_m[gap] || (peak_m >= self.most_m[gap] && course.rate_m_per_s(0.0) > 0.0) {

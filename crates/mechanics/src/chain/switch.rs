@@ -1,6 +1,6 @@
 //! Event location: the instant at which a striker's contact opens or closes within a step.
 
-use super::course::Course;
+use super::gap_interpolant::GapInterpolant;
 use crate::equations::{model::ChainModel, row::End, state::ChainState};
 use crate::{
     contact::striker::StrikerContact,
@@ -138,7 +138,7 @@ impl HeldContact<'_> {
         if contact.stays(touching, ends, h_s) {
             return None;
         }
-        let course = Course::of_gap(model, [from, ahead], step, contact.gap);
+        let course = GapInterpolant::of_gap(model, [from, ahead], step, contact.gap);
         let at = |part: f64| (course.overlap_m(part), course.rate_m_per_s(part));
         let switched = |part: f64| {
             let (overlap_m, closing_m_per_s) = at(part);

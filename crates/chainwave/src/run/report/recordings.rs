@@ -1,6 +1,6 @@
 //! The report on recordings: what became of each, and how well it was read.
 
-use chainwave_experiment::{Evaluation, RecordingState, Results, Standing, TrackedRecording};
+use chainwave_experiment::{Evaluation, RecordingAlignment, RecordingState, Results, TrackedRecording};
 use chainwave_measurement::median;
 use chainwave_stitching::Alignment;
 
@@ -16,7 +16,7 @@ pub(super) fn section(results: &Results, states: &[RecordingState]) -> String {
             Cell::Number(quality.as_ref().and_then(number).unwrap_or_default())
         };
         let standing = standing_of(evaluation, name);
-        let aligned = |number: &dyn Fn(&Alignment, &Standing) -> String| {
+        let aligned = |number: &dyn Fn(&Alignment, &RecordingAlignment) -> String| {
             Cell::Number(
                 standing.map_or_else(String::new, |(alignment, standing)| number(alignment, standing)),
             )
@@ -56,7 +56,7 @@ pub(super) fn section(results: &Results, states: &[RecordingState]) -> String {
     ];
     format!(
         "<h2>Recordings</h2><p>Trigger offsets and drives are taken from {}; ± is one standard uncertainty.</p>{}",
-        escaped(evaluation.standings.source),
+        escaped(evaluation.recording_alignments.source),
         table(&heads, states.iter().map(row))
     )
 }
@@ -85,7 +85,11 @@ impl Quality {
     }
 }
 
-fn standing_of<'a>(evaluation: &'a Evaluation, recording: &str) -> Option<(&'a Alignment, &'a Standing)> {
-    let mut aligned = evaluation.stitched.alignments.iter().zip(&evaluation.standings.of_recordings);
+fn standing_of<'a>(
+    evaluation: &'a Evaluation,
+    recording: &str,
+) -> Option<(&'a Alignment, &'a RecordingAlignment)> {
+    let mut aligned =
+        evaluation.stitched.alignments.iter().zip(&evaluation.recording_alignments.of_recordings);
     aligned.find(|(alignment, _)| alignment.recording == recording)
 }

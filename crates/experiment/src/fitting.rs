@@ -1,0 +1,6 @@
+//! Damping and what else a fit finds of the chain, with the models beside the stated one.
+
+pub(crate) mod assumptions;
+pub(crate) mod damping;
+pub(crate) mod fits;
+pub(crate) mod model_beside;

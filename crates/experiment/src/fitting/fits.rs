@@ -1,0 +1,264 @@
+//! What the chain model is fitted to, and every fit that the chain's drive allows.
+
+use std::num::NonZero;
+
+use chainwave_analysis::{Departure, Measurement, Pulses, Spacing};
+use chainwave_inference::{
+    EnergyFit, EnergyModel, FitError, ImposedFit, ImposedModel, Known, Quantity, ReleasedFit, ReleasedModel,
+    TrackFit, TrackModel, fit_imposed, fit_peak_energies, fit_release, fit_tracks, reached,
+    scatter_of_bodies, softening,
+};
+use chainwave_measurement::{Estimate, Observation, ReadingError};
+use chainwave_mechanics::Chain;
+use chainwave_stitching::Stitched;
+
+use crate::camera::calibration::ChainMap;
+use crate::chain::measuring::chosen_gaps;
+use crate::configuration::{Experiment, Striker};
+use crate::error::Error;
+use crate::fitting::assumptions::DRIVE_SCALE_SIGMA;
+use crate::geometry::scale::ScaleCheck;
+use crate::input::numbers::NotNegative;
+use crate::merging::shared_errors::SharedErrors;
+
+/// What the tracks say of simpler models.
+pub struct Departures {
+    /// Of a contact law that does not soften; refused where the law is another than a power of the overlap.
+    pub softening: Result<Departure, FitError>,
+    /// Of bodies that are alike; refused where the recordings do not tell all their masses.
+    pub scatter: Result<Departure, FitError>,
+}
+
+impl Departures {
+    /// Tests the fit of a chain to recordings.
+    fn of(observations: &[Observation], fit: &TrackFit) -> Self {
+        Self { softening: softening(observations, fit), scatter: scatter_of_bodies(observations, fit) }
+    }
+}
+
+/// What the motion says as it was stitched, and the damping that its peak energies have.
+pub(crate) struct ReadOff {
+    pub(crate) measurement: Measurement,
+    pub(crate) pulses: Pulses,
+    pub(crate) energy_fit: Result<EnergyFit, FitError>,
+}
+
+/// What the tracks, the motion behind body 1, and that of a chain that is let go say of the chain.
+pub(crate) struct Fits {
+    /// The recordings that the wave reaches while they are filmed, which the fit to the tracks takes.
+    pub(crate) reached: Vec<Observation>,
+    pub(crate) track_fit: Result<TrackFit, FitError>,
+    pub(crate) departures: Option<Departures>,
+    pub(crate) imposed_fit: Result<ImposedFit, FitError>,
+    pub(crate) release_fit: Option<Result<ReleasedFit, FitError>>,
+}
+
+/// What the chain model is fitted to, and how.
+pub(crate) struct Material<'a> {
+    pub(crate) experiment: &'a Experiment,
+    pub(crate) stitched: &'a Stitched,
+    pub(crate) chain: &'a Chain,
+    pub(crate) known: &'a [Known],
+    /// Errors that the readings share.
+    pub(crate) reading_errors: &'a [ReadingError],
+    pub(crate) n_threads: NonZero<usize>,
+}
+
+impl Material<'_> {
+    pub(crate) fn read_off(&self, shared: &SharedErrors, step: &impl Fn()) -> Result<ReadOff, Error> {
+        let Self { experiment, stitched, n_threads, .. } = *self;
+        let motion = &stitched.motion;
+        let measurement = shared.measure(experiment, motion, chosen_gaps(experiment), n_threads)?;
+        let pulses = match experiment.analysis.pulses {
+            true => shared.pulses(experiment, motion, n_threads)?,
+            false => Pulses::default(),
+        };
+        step();
+        let spacing = experiment.chain.spacing()?;
+        let energy_fit = match energy_model(self, spacing) {
+            Ok(model) => {
+                let measured = (motion, measurement.energies.as_ref());
+                let fitted = |energies: &_| fit_peak_energies(energies, motion, &model);
+                shared.fit_energies(experiment, measured, n_threads, fitted)?
+            }
+            Err(why) => Err(why),
+        };
+        step();
+        Ok(ReadOff { measurement, pulses, energy_fit })
+    }
+
+    /// Makes every fit that the chain's drive allows; `step` is called behind each.
+    pub(crate) fn fits(&self, observations: &[Observation], step: &impl Fn()) -> Fits {
+        let imposed_fit = self.behind_body_1();
+        let (reached, track_fit) = match self.reached(observations) {
+            Ok((model, reached, offsets_s)) => {
+                let elsewhere = imposed_fit.as_ref().ok().map(|fit| fit.chain_damping_kg_per_s.value);
+                let fit = fit_tracks(&reached, &offsets_s, &model, elsewhere);
+                (reached, fit)
+            }
+            Err(why) => (observations.to_vec(), Err(why)),
+        };
+        let departures = track_fit.as_ref().ok().map(|fit| Departures::of(&reached, fit));
+        step();
+        let release_fit = self.since_release();
+        step();
+        Fits { reached, track_fit, departures, imposed_fit, release_fit }
+    }
+
+    /// The chain model as a fit to the tracks starts from it, and the recordings, with their impacts as the alignment has them, that tell when
+    /// its wave came.
+    fn reached(
+        &self,
+        observations: &[Observation],
+    ) -> Result<(TrackModel, Vec<Observation>, Vec<f64>), FitError> {
+        let model = track_model(self.experiment, self.chain.clone(), self.known, self.n_threads)?;
+        let model = TrackModel { reading_errors: self.reading_errors.to_vec(), ..model };
+        let alignments = &self.stitched.alignments;
+        let offsets_s: Vec<f64> = alignments.iter().map(|one| one.trigger_offset_s.value).collect();
+        let (reached, offsets_s) = reached(observations, &offsets_s, &model)?;
+        Ok((model, reached, offsets_s))
+    }
+
+    /// Drive of each recording, relative to the mean drive, less one.
+    fn drive_deviations(&self) -> Vec<f64> {
+        self.stitched.alignments.iter().map(|one| one.drive_deviation.value).collect()
+    }
+
+    fn behind_body_1(&self) -> Result<ImposedFit, FitError> {
+        moved_by_body_1(self.experiment)?;
+        let model = ImposedModel {
+            chain: self.chain.clone(),
+            known: known_of_chain(self.known),
+            drive_deviations: self.drive_deviations(),
+            n_threads: self.n_threads,
+        };
+        fit_imposed(&self.stitched.motion, &model)
+    }
+
+    fn since_release(&self) -> Option<Result<ReleasedFit, FitError>> {
+        self.experiment.is_released().then(|| {
+            asked(self.experiment)?;
+            let n_recordings = self.stitched.alignments.len().max(1) as f64;
+            let model = ReleasedModel {
+                chain: self.chain.clone(),
+                state_sigma: self.experiment.drive_scatter() / n_recordings.sqrt(),
+                known: known_of_chain(self.known),
+                drive_deviations: self.drive_deviations(),
+            };
+            fit_release(&self.stitched.motion, &model)
+        })
+    }
+}
+
+/// Refuses to fit a model that nobody asks for.
+fn asked(experiment: &Experiment) -> Result<(), FitError> {
+    if experiment.analysis.fits { Ok(()) } else { Err(FitError::NotAsked) }
+}
+
+/// The striker that fits seek: they are refused for a chain that is driven otherwise. A second one at the far end counts as it is stated in every
+/// trial; where it was not, what the model leaves over has structure.
+pub(crate) fn one_striker(experiment: &Experiment) -> Result<&Striker, FitError> {
+    if let Some(found) = experiment.driven_otherwise() {
+        return Err(FitError::DrivenOtherwise { found });
+    }
+    experiment.striker.as_ref().ok_or(FitError::NoStriker)
+}
+
+/// Refuses the fit behind body 1 where what moves the chain passes not through it alone.
+fn moved_by_body_1(experiment: &Experiment) -> Result<(), FitError> {
+    asked(experiment)?;
+    match experiment.far_striker {
+        _ if experiment.is_released() => Err(FitError::LetGo),
+        Some(_) => Err(FitError::DrivenElsewhere { found: "a [far_striker] beside it" }),
+        None => Ok(()),
+    }
+}
+
+/// The chain model as a fit to the tracks starts from it.
+///
+/// # Errors
+/// A fit that nobody asks for, and a chain that not one striker alone drives.
+pub(crate) fn track_model(
+    experiment: &Experiment,
+    chain: Chain,
+    known: &[Known],
+    n_threads: NonZero<usize>,
+) -> Result<TrackModel, FitError> {
+    asked(experiment)?;
+    let striker = one_striker(experiment)?;
+    let (velocity, scatter) = (striker.velocity_m_per_s.get(), striker.velocity_sigma_m_per_s.get());
+    Ok(TrackModel {
+        chain,
+        striker_velocity_m_per_s: Estimate::new(velocity, scatter),
+        known: known.to_vec(),
+        reading_errors: Vec::new(),
+        n_threads,
+    })
+}
+
+/// What the experiment knows only within an uncertainty, and the fit may move. Of a lens, what remains of its distortion counts as
+/// an error of the scale, by its size in the picture's middle. A scale that the stage contradicts is known only within that, and one of
+/// pictures that may be rolled within what they are shorter by then.
+pub(crate) fn known(
+    experiment: &Experiment,
+    map: &ChainMap,
+    contradiction: &ScaleCheck,
+    shortening: f64,
+) -> Vec<Known> {
+    let scale = map.m_per_px();
+    let chain = &experiment.chain;
+    let of_striker =
+        experiment.striker.as_ref().map(|striker| (striker.mass_sigma_kg, striker.mass_kg.get()));
+    let relative = |sigma: Option<NotNegative>, value: f64| sigma.map_or(0.0, NotNegative::get) / value;
+    let of_ground = match chain.mean_ground_n_per_m() {
+        mean if mean > 0.0 => relative(chain.ground_stiffness_sigma_n_per_m, mean),
+        _ => 0.0,
+    };
+    let [of_prefactor, of_offset, of_exponent] = experiment.contact.relative_sigmas();
+    let scatter = |scatter: Option<NotNegative>| scatter.map_or(0.0, NotNegative::get);
+    let of_masses =
+        (1..=chain.n_bodies).map(|body| (Quantity::MassOfBody(body), scatter(chain.mass_scatter)));
+    let of_gaps = (1..chain.n_bodies)
+        .map(|gap| (Quantity::StiffnessOfGap(gap), scatter(experiment.contact.stiffness_scatter)));
+    [
+        (
+            Quantity::Scale,
+            (scale.sigma / scale.value).hypot(contradiction.relative_sigma()).hypot(shortening),
+        ),
+        (Quantity::BodyMass, relative(chain.mass_sigma_kg, chain.mean_mass_kg())),
+        (Quantity::StrikerMass, of_striker.map_or(0.0, |(sigma_kg, mass_kg)| relative(sigma_kg, mass_kg))),
+        (Quantity::Ground, of_ground),
+        (Quantity::Prefactor, of_prefactor),
+        (Quantity::Offset, of_offset),
+        (Quantity::Exponent, of_exponent),
+    ]
+    .into_iter()
+    .chain(contradiction.of_views().map(|(view, sigma)| (Quantity::ScaleOfView(view), sigma)))
+    .chain(of_masses)
+    .chain(of_gaps)
+    .filter(|(_, relative_sigma)| *relative_sigma > 0.0)
+    .map(|(quantity, relative_sigma)| Known { quantity, relative_sigma })
+    .collect()
+}
+
+/// The same without what the pictures' scale leaves open: it stands among the errors that the motion states.
+fn known_of_chain(known: &[Known]) -> Vec<Known> {
+    let is_of_pictures =
+        |known: &&Known| matches!(known.quantity, Quantity::Scale | Quantity::ScaleOfView(_));
+    known.iter().filter(|known| !is_of_pictures(known)).cloned().collect()
+}
+
+fn energy_model(material: &Material<'_>, spacing: Spacing) -> Result<EnergyModel, FitError> {
+    let Material { experiment, stitched, chain, known, n_threads, .. } = *material;
+    asked(experiment)?;
+    let striker = one_striker(experiment)?;
+    Ok(EnergyModel {
+        chain: chain.clone(),
+        striker_velocity_m_per_s: striker.mean_velocity_m_per_s(stitched.alignments.len()),
+        drive_deviations: material.drive_deviations(),
+        drive_scale_sigma: stitched.drive_scale_sigma.unwrap_or(DRIVE_SCALE_SIGMA),
+        known: known_of_chain(known),
+        spacing,
+        n_threads,
+    })
+}

@@ -1,0 +1,154 @@
+//! The camera's motion: found from bodies that the wave has not reached, and taken out of what is stitched.
+
+use chainwave_analysis::{CameraMotion, at_rest_p_value, at_rest_rule, camera_motion, camera_motion_rule};
+use chainwave_measurement::{ChainMotion, ErrorSource, Estimate, Observation, median};
+use ndarray::Array2;
+
+use crate::chain::stated_motion::StatedMotion;
+use crate::configuration::Experiment;
+use crate::geometry::scale::ScaleCheck;
+use crate::tracks::Coordinate;
+
+/// Whether the camera moves, and its motion; before that, views that are magnified differently are put on one scale.
+pub(crate) struct Stabilisation {
+    pub(crate) scale: ScaleCheck,
+    /// Absent where no recording shows two bodies at rest.
+    pub(crate) found: Option<CameraMotion>,
+    /// Until when each body certainly rests, in seconds after the trigger.
+    pub(crate) rests_until_s: Vec<f64>,
+    /// Share of the time to the wave's arrival by the stated chain in which bodies certainly rest.
+    certain_share: f64,
+}
+
+/// Share of the time to the wave's arrival by the stated chain in which a body rests: a sound speed that is a tenth off changes nothing.
+const CERTAIN_SHARE: f64 = 0.9;
+/// Shares that are tried instead where bodies move in that time, as those do that bend and carry faster waves; the last leaves what lies
+/// before the strike.
+const SMALLER_SHARES: [f64; 5] = [0.6, 0.4, 0.25, 0.15, 0.0];
+/// Displacement, in standard uncertainties of a reading, by which the wave has arrived.
+const ARRIVED_SIGMA: f64 = 0.1;
+
+impl Stabilisation {
+    /// Follows the camera through all recordings.
+    pub(crate) fn of(
+        experiment: &Experiment,
+        stated: &StatedMotion,
+        observations: &[Observation],
+        scale: &ScaleCheck,
+    ) -> Self {
+        let scale = scale.clone();
+        let observations = &scale.levelled(observations.to_vec());
+        let sigmas = observations.iter().flat_map(|one| &one.bodies).flat_map(|track| &track.position_m);
+        let Some(sigma_m) = median(sigmas.flatten().map(|place| place.sigma).collect()) else {
+            return Self { scale, found: None, rests_until_s: Vec::new(), certain_share: CERTAIN_SHARE };
+        };
+        // The chain is at rest before `tracking.rest_until_s`, so the wave comes later than that by so much.
+        let arrivals_s = stated.arrivals_s(ARRIVED_SIGMA * sigma_m);
+        let rests_until_s = |share: f64| -> Vec<f64> {
+            let from_s = experiment.tracking.rest_until_s;
+            arrivals_s.iter().map(|arrival_s| from_s + share * arrival_s).collect()
+        };
+        // Bodies that move at any time, before the strike too, are moved by something else than a wave that runs ahead.
+        let moves = |share: f64| {
+            let p_value = at_rest_p_value(observations, &rests_until_s(share));
+            p_value.is_some_and(|p_value| at_rest_rule().rejects(p_value))
+        };
+        let shares = std::iter::once(CERTAIN_SHARE).chain(SMALLER_SHARES);
+        let certain_share = shares.into_iter().find(|share| !moves(*share)).unwrap_or(CERTAIN_SHARE);
+        let rests_until_s = rests_until_s(certain_share);
+        Self { found: camera_motion(observations, &rests_until_s), scale, rests_until_s, certain_share }
+    }
+
+    /// The same in another coordinate of the same bodies, which rest as long: across the chain by the same scale, and turned by none.
+    pub(crate) fn in_coordinate(&self, coordinate: Coordinate, observations: &[Observation]) -> Self {
+        let scale = match coordinate {
+            Coordinate::Along | Coordinate::Across => self.scale.clone(),
+            Coordinate::Turn => ScaleCheck::default(),
+        };
+        let found = camera_motion(&scale.levelled(observations.to_vec()), &self.rests_until_s);
+        Self { scale, found, rests_until_s: self.rests_until_s.clone(), certain_share: self.certain_share }
+    }
+
+    /// The motion, where the camera is told to move.
+    pub(crate) fn motion(&self) -> Option<&CameraMotion> {
+        self.found.as_ref().filter(|found| camera_motion_rule().rejects(found.departure.p_value))
+    }
+
+    /// Positions by one scale and without the camera's motion; as they are where nothing was found.
+    pub(crate) fn steadied(&self, observations: Vec<Observation>) -> Vec<Observation> {
+        let levelled = self.scale.levelled(observations);
+        match self.motion() {
+            Some(motion) => motion.taken_out_of(&levelled),
+            None => levelled,
+        }
+    }
+
+    /// Adds to a motion the error that all trials share: where no recording that saw a body knew the camera's motion.
+    pub(crate) fn add_to(&self, motion: &mut ChainMotion, observations: &[Observation]) {
+        let Some(camera) = self.motion().filter(|camera| camera.shared_m > 0.0) else { return };
+        let error_m = |(row, i): (usize, usize)| {
+            let sees = |one: &&Observation| one.bodies.iter().any(|track| track.body == row + 1);
+            let is_known = |one: &Observation| camera.is_known(&one.recording, motion.times_s[i]);
+            let is_open =
+                motion.displacement_m[(row, i)].is_some() && !observations.iter().filter(sees).any(is_known);
+            if is_open { camera.shared_m * camera.growth(motion.times_s[i]) } else { 0.0 }
+        };
+        let displacement_m = Array2::from_shape_fn(motion.displacement_m.dim(), error_m);
+        motion.add_error(ErrorSource::CameraMotion, &displacement_m);
+    }
+
+    /// Positions whose uncertainty is such that a fit to all of them, which takes them for independent, gives an unknown motion its weight:
+    /// it hardly changes from frame to frame, so that its variance counts as often as there are frames in which it is not known, and
+    /// what all recordings share of it as often again as there are recordings.
+    pub(crate) fn widened(&self, mut observations: Vec<Observation>) -> Vec<Observation> {
+        let Some(camera) = self.motion() else { return observations };
+        let shared_m2 = camera.shared_m.powi(2);
+        let own_m2 = (camera.departure.size.value.powi(2) - shared_m2).max(0.0);
+        let of_all_m2 = own_m2 + shared_m2 * observations.len() as f64;
+        for observation in &mut observations {
+            let is_known = |time_s: &f64| camera.is_known(&observation.recording, *time_s);
+            let known: Vec<bool> = observation.times_s.iter().map(is_known).collect();
+            let extra_m2 = of_all_m2 * known.iter().filter(|known| !**known).count() as f64;
+            for track in &mut observation.bodies {
+                let places = track.position_m.iter_mut().zip(&observation.times_s).zip(&known);
+                for ((place, time_s), _) in places.filter(|(_, known)| !**known) {
+                    let extra_m2 = extra_m2 * camera.growth(*time_s).powi(2);
+                    *place = place.map(|x| Estimate::new(x.value, (x.sigma.powi(2) + extra_m2).sqrt()));
+                }
+            }
+        }
+        observations
+    }
+
+    /// What the reader should know of bodies that move before the wave of the stated chain comes.
+    pub(crate) fn precursor(&self) -> Option<String> {
+        (self.certain_share < CERTAIN_SHARE).then(|| {
+            format!(
+                "bodies move against each other before the wave of the stated chain comes, as of faster waves that bodies carry which bend: they \
+                 count as at rest for {:.0} % of the time until then",
+                100.0 * self.certain_share
+            )
+        })
+    }
+
+    /// What the reader should know of a camera that moves, or of light that does.
+    pub(crate) fn warning(&self, light_moves: bool) -> Option<String> {
+        let camera = self.motion()?;
+        let [n_known, n] = camera.n_known;
+        let set_off = match camera.shared_m > 0.5 * camera.departure.size.value {
+            true => "; all trials share most of it, as of a camera that the strike sets off",
+            false => "",
+        };
+        let what = match light_moves {
+            true => "the light moves, or the camera does as well",
+            false => "the camera moves",
+        };
+        Some(format!(
+            "{what}: bodies that the wave has not reached swing together by {:.2} um (rms){set_off}. It was taken out of the \
+             {:.0} % of frames that show two such bodies; in the others it counts as an uncertainty, which hardly varies within a \
+             period, so that speeds may be farther off than stated (hint: a firmer stand, or more bodies ahead of the wave in view)",
+            1e6 * camera.departure.size.value,
+            100.0 * n_known as f64 / n.max(1) as f64
+        ))
+    }
+}
