@@ -109,9 +109,12 @@ pub(crate) fn make_folder(path: &Path) -> Result<(), Error> {
     fs::create_dir_all(path).map_err(Error::file(path, "make the folder"))
 }
 
-/// The folder of figures in a folder of results, made where it is missing.
+/// The folder of figures in a folder of results.
+pub(crate) const FIGURES_FOLDER: &str = "figures";
+
+/// The same by its path, made where it is missing.
 pub(crate) fn figures_folder(out: &Path) -> Result<PathBuf, Error> {
-    let folder = out.join("figures");
+    let folder = out.join(FIGURES_FOLDER);
     make_folder(&folder)?;
     Ok(folder)
 }

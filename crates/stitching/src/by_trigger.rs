@@ -4,7 +4,7 @@
 //! in the next, drives and triggers are moved by what they have nothing to do with, and come out far off with small errors. Such an
 //! alignment may settle all the same, but it does not leave noise alone.
 
-use chainwave_measurement::{ChainMotion, ErrorModes, Estimate, Observation};
+use chainwave_measurement::{ChainMotion, Estimate, Observation};
 use ndarray::{Array2, ArrayView1};
 
 use crate::error::StitchingError;

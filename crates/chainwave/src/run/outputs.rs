@@ -7,7 +7,7 @@ use std::path::Path;
 
 use super::figures::Figure;
 use crate::error::Error;
-use crate::output::remove;
+use crate::output::{FIGURES_FOLDER, remove};
 
 /// The tracks.
 pub(super) const TRACKS: &str = "tracks.parquet";
@@ -128,7 +128,7 @@ pub(super) fn remove_other_velocities(out: &Path, own: &[String]) -> Result<(), 
 
 /// Removes the figures of an earlier run that this one did not draw.
 pub(super) fn remove_figures(out: &Path, drawn: &[Figure]) -> Result<(), Error> {
-    let folder = out.join("figures");
+    let folder = out.join(FIGURES_FOLDER);
     let Ok(entries) = fs::read_dir(&folder) else { return Ok(()) };
     for path in entries.filter_map(|entry| Some(entry.ok()?.path())) {
         let part = |of: Option<&OsStr>| of.and_then(OsStr::to_str).unwrap_or_default().to_owned();

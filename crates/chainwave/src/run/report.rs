@@ -22,7 +22,7 @@ use super::figures::Figure;
 use super::outputs::{PROVENANCE, REPORT, RESULTS};
 use super::summary::{SummaryRow, decimals, rows};
 use crate::error::Error;
-use crate::output::{read_bytes, write_text};
+use crate::output::{FIGURES_FOLDER, read_bytes, write_text};
 
 /// Style of the page: plain, light and dark, readable on paper and on a narrow screen.
 const STYLE: &str = include_str!("report/style.css");
@@ -243,7 +243,7 @@ fn believed_fit(evaluation: &Evaluation) -> Option<&TrackFit> {
 /// A figure, in the page itself.
 fn figure(out: &Path, figure: &Figure) -> Result<String, Error> {
     let name = &figure.name;
-    let svg = read_bytes(&out.join("figures").join(format!("{name}.svg")))?;
+    let svg = read_bytes(&out.join(FIGURES_FOLDER).join(format!("{name}.svg")))?;
     Ok(format!(
         "<figure><img src=\"{0}\" alt=\"{1}\"><figcaption>{1} (<a href=\"figures/{name}.svg\">SVG</a>, \
          <a href=\"figures/{name}.png\">PNG</a>)</figcaption></figure>",

@@ -11,6 +11,7 @@ use chainwave_measurement::Estimate;
 
 use super::outputs::{RECORDINGS, REPORT};
 use super::stage_times::StageTimes;
+use crate::output::FIGURES_FOLDER;
 use crate::terminal::say;
 
 /// Prints lines.
@@ -62,7 +63,7 @@ pub(crate) fn print(setup: &Setup, out: &Path, results: &Results, clock: &StageT
     for (name, seconds) in clock.stages() {
         say!("{seconds:8.2} s  {name}");
     }
-    say!("figures in {}, report in {}", out.join("figures").display(), out.join(REPORT).display());
+    say!("figures in {}, report in {}", out.join(FIGURES_FOLDER).display(), out.join(REPORT).display());
 }
 
 /// One measured quantity in the unit of the summary.

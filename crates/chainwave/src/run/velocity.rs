@@ -17,7 +17,7 @@ use crate::error::Error;
 use crate::kept::KeptFolder;
 use crate::limits::{foreseen_as_json, limits_as_json};
 use crate::outcome::Outcome;
-use crate::output::{make_folder, remove_unfinished, write_json};
+use crate::output::{FIGURES_FOLDER, make_folder, remove_unfinished, write_json};
 use crate::parallel::threads;
 use crate::progress;
 
@@ -111,7 +111,7 @@ impl Run<'_> {
         let store = KeptFolder::in_results(out)?;
         store.remove_unfinished()?;
         remove_unfinished(out)?;
-        remove_unfinished(&out.join("figures"))?;
+        remove_unfinished(&out.join(FIGURES_FOLDER))?;
         outputs::remove_rehearsed(out)?;
         let sanity = check(self.setup, n_threads)?;
         name_findings(&sanity.findings);
