@@ -180,6 +180,12 @@ impl Linearised {
         warp: &Warp,
         workspace: &mut Workspace,
     ) -> Option<Evaluation> {
+        self.sample_at(window, warp, workspace);
+        sum(self, &workspace.samples[..self.n_pixels().next_multiple_of(LANES)]).evaluate(self)
+    }
+
+    /// Samples the window where the subset's pixels are under a warp, 0 for those that are not used; the subset must fit.
+    pub(crate) fn sample_at(&self, window: &Window, warp: &Warp, workspace: &mut Workspace) {
         let n = self.n_pixels();
         workspace.samples.resize(n + LANES, 0.0);
         sample(window, warp, self.lattice(), &mut workspace.rows, &mut workspace.samples);
@@ -191,7 +197,6 @@ impl Linearised {
                 .zip(self.weights.iter())
                 .for_each(|(value, weight)| *value *= weight);
         }
-        sum(self, &workspace.samples[..n.next_multiple_of(LANES)]).evaluate(self)
     }
 
     /// The residual of each pixel after the last evaluation, in counts; 0 where it is not used.

@@ -7,6 +7,7 @@ mod continuity;
 pub(crate) mod find;
 mod follower;
 pub(crate) mod matcher;
+mod partly_hidden;
 pub(crate) mod predict;
 mod renewal;
 pub(crate) mod together;

@@ -211,13 +211,17 @@ pub(crate) fn structure_factor(
     }
     let [k_x, k_y] = [&subset.gradient_x, &subset.gradient_y].map(|g| dot(g, g) / subset.energy);
     let pixels = 0.5 * std::f64::consts::PI / (k_x * k_y).sqrt();
-    let residuals: Vec<f32> = residuals().into_iter().map(|residual| residual as f32).collect();
+    let share = smooth_share(subset, residuals()).min(1.0 - NOISE_AT_MOST / noise_ratio);
+    (1.0 + share * (pixels - 1.0).max(0.0)).sqrt()
+}
+
+/// Share of the residuals' variance that is as smooth as the texture: noise has none, interpolated or not.
+pub(crate) fn smooth_share(subset: &PreparedSubset, residuals: Vec<f64>) -> f64 {
+    let residuals: Vec<f32> = residuals.into_iter().map(|residual| residual as f32).collect();
     let of_texture =
         at_two_pixels(&subset.intensity[..subset.n_pixels()], subset.width) / subset.signal_energy;
     let of_residuals = at_two_pixels(&residuals, subset.width) / dot(&residuals, &residuals);
-    let smooth = (of_residuals / of_texture).clamp(0.0, 1.0);
-    let share = smooth.min(1.0 - NOISE_AT_MOST / noise_ratio);
-    (1.0 + share * (pixels - 1.0).max(0.0)).sqrt()
+    (of_residuals / of_texture).clamp(0.0, 1.0)
 }
 
 /// The sum of products of pixels that are two columns apart or two rows, the mean of both.

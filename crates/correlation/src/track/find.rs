@@ -23,6 +23,11 @@ pub(crate) trait Locate {
     /// The match in a frame from a start.
     fn locate(&mut self, frame: usize, start: Warp) -> Result<Self::Found, Lost>;
 
+    /// The match in a frame from where the subset is expected, which may then be seen in part alone.
+    fn locate_expected(&mut self, frame: usize, start: Warp) -> Result<Self::Found, Lost> {
+        self.locate(frame, start)
+    }
+
     /// Where it is, and how well it resembles the reference.
     fn seen(found: &Self::Found) -> Candidate;
 }
@@ -42,7 +47,7 @@ pub(crate) struct Quest<'a> {
 impl Quest<'_> {
     /// The match in a frame.
     pub(crate) fn find<L: Locate>(&self, frame: usize, locate: &mut L) -> Result<L::Found, Lost> {
-        let first = (self.history.n_lost == 0).then(|| locate.locate(frame, self.history.predict()));
+        let first = (self.history.n_lost == 0).then(|| locate.locate_expected(frame, self.history.predict()));
         self.find_after(frame, first, locate)
     }
 
@@ -108,7 +113,7 @@ impl Quest<'_> {
         let found = believed(first, self.history.predict(), locate);
         match (&found, self.history.predict_turning()) {
             (Err(Lost::NotConverged | Lost::LowCorrelation), Some(turning)) if L::DEFORMS => {
-                let again = locate.locate(frame, turning);
+                let again = locate.locate_expected(frame, turning);
                 believed(again, turning, locate).or(found)
             }
             _ => found,

@@ -16,6 +16,7 @@ use crate::track::cells::Cells;
 use crate::track::continuity::Continuity;
 use crate::track::find::{Locate, Quest};
 use crate::track::matcher::{Matcher, window_around};
+use crate::track::partly_hidden::Parts;
 use crate::track::predict::History;
 use crate::track::renewal::Decay;
 use crate::track::tracker::Found;
@@ -26,6 +27,7 @@ use crate::{CorrelationError, PreparedSubset, Reference, ReferenceFrames, Settin
 /// One subset on its way through a recording.
 pub(crate) struct Follower<'a> {
     matcher: Matcher<'a>,
+    parts: Parts,
     target: Result<Target, Lost>,
     reference_frames: Range<usize>,
     history: History,
@@ -121,6 +123,7 @@ impl<'a> Follower<'a> {
             history: History::of(subset),
             continuity: Continuity::from_rest(period_px(&target)),
             matcher: Matcher::new(recording, window),
+            parts: Parts::default(),
             target,
             decay: Decay::default(),
             alike: Alike::default(),
@@ -365,7 +368,7 @@ impl<'a> Follower<'a> {
             reason: self.reason,
             is_reference: self.reference_frames.contains(&frame) && !self.starts_elsewhere,
         };
-        let mut matched = Matched { matcher: &mut self.matcher, subset };
+        let mut matched = Matched { matcher: &mut self.matcher, parts: &mut self.parts, subset };
         let by_frame = quest.find(frame, &mut matched);
         let goes_on = |found: &Match| self.continuity.goes_on_at(&self.history, found.warp().position_px);
         let (found, is_evident) = match by_frame {
@@ -400,6 +403,7 @@ fn period_px(target: &Result<Target, Lost>) -> Option<f64> {
 /// A subset that is matched by Gauss and Newton's iteration.
 struct Matched<'a, 'b> {
     matcher: &'a mut Matcher<'b>,
+    parts: &'a mut Parts,
     subset: &'a PreparedSubset,
 }
 
@@ -409,6 +413,16 @@ impl Locate for Matched<'_, '_> {
 
     fn locate(&mut self, frame: usize, start: Warp) -> Result<Match, Lost> {
         self.matcher.match_from(self.subset, frame, start)
+    }
+
+    fn locate_expected(&mut self, frame: usize, start: Warp) -> Result<Match, Lost> {
+        let found = self.matcher.match_from(self.subset, frame, start);
+        if !self.parts.are_asked(self.subset, &found) {
+            return found;
+        }
+        self.matcher.have_window(self.subset, frame, &start)?;
+        let Matcher { window, workspace, .. } = &mut *self.matcher;
+        self.parts.seen(self.subset, window, start, found, workspace)
     }
 
     fn seen(found: &Match) -> Candidate {
