@@ -72,7 +72,7 @@ pub(crate) fn p_value_at(tails: &[Vec<f64>], cycles: f64) -> f64 {
 }
 
 /// Probability of so large an F at a frequency in cycles a sample, without a line there: of an F with 2 and 2 (K - 1) degrees of
-/// degrees_of_freedom, (1 + F/(K - 1))^-(K - 1).
+/// degrees of freedom, (1 + F/(K - 1))^-(K - 1).
 fn p_value(values: &[f64], cycles: f64) -> f64 {
     let taper = |k: usize, at: usize| {
         let n = values.len() as f64 + 1.0;

@@ -13,7 +13,7 @@ use crate::search::chance::{
     RARE, chance_zncc, chance_zncc_by, correlation_length_px, expected_zncc, fisher,
 };
 use crate::search::patch::Patch;
-use crate::search::rivals::{Candidate, Own, RIVAL_SHARE, best_rival};
+use crate::search::rivals::{Own, RIVAL_SHARE, Sighting, best_rival};
 use crate::search::template::Template;
 use crate::search::{area_around, region_around};
 use crate::warp::Warp;
@@ -183,7 +183,7 @@ impl Standard {
         peaks.retain(|peak| apart_px(peak) > self.own_px);
         let mut between_pixels = |place_px| {
             let found = subset.solve(&window, Warp::at(place_px), &mut workspace).ok()?;
-            Some(Candidate { warp: found.warp(), zncc: found.position.zncc })
+            Some(Sighting { warp: found.warp(), zncc: found.position.zncc })
         };
         let own = Own { place_px: own_px, zncc: 1.0, length_px: self.own_px };
         let of_peak = |peak: &Found| best_rival(own, std::slice::from_ref(peak), &mut between_pixels);
@@ -199,7 +199,7 @@ impl Standard {
 
     /// Whether a match that was searched for may be one of the places that the reference shows to be alike, while the frame does not show the
     /// one where the subset then is: it stands at the frame's rim or beyond, where nothing is held against the match.
-    fn may_stand_beyond(&self, recording: &dyn Recording, subset: &PreparedSubset, found: Candidate) -> bool {
+    fn may_stand_beyond(&self, recording: &dyn Recording, subset: &PreparedSubset, found: Sighting) -> bool {
         let frame = Region::whole(recording.info().width_px, recording.info().height_px);
         let flat = Warp { curvature: [0.0; 6], ..found.warp };
         let of_found = fisher(found.zncc);
@@ -246,9 +246,9 @@ impl Standard {
         recording: &dyn Recording,
         frame: usize,
         subset: &PreparedSubset,
-        found: Candidate,
+        found: Sighting,
         origin: Origin,
-        again: impl FnMut(Warp) -> Option<Candidate>,
+        again: impl FnMut(Warp) -> Option<Sighting>,
     ) -> Result<(), Lost> {
         let (n_trials, p, reach_px) = match (self.acceptance, origin) {
             (Acceptance::Zncc(least), _) => {
@@ -315,8 +315,8 @@ impl Standard {
     /// than chance does.
     fn is_beside_a_better_one(
         &self,
-        found: Candidate,
-        again: &mut impl FnMut(Warp) -> Option<Candidate>,
+        found: Sighting,
+        again: &mut impl FnMut(Warp) -> Option<Sighting>,
     ) -> bool {
         let [x, y] = found.warp.position_px;
         let away_px = BESIDE * self.own_px;

@@ -14,7 +14,7 @@ use chainwave_measurement::{Estimate, Lost, Position, Recording, Region, Subset,
 use crate::acceptance::Standard;
 use crate::refine::calibration::{Calibration, Judgement, judge};
 use crate::search::area::SearchArea;
-use crate::search::rivals::Candidate;
+use crate::search::rivals::Sighting;
 use crate::track::find::{Locate, Quest};
 use crate::track::matcher::window_around;
 use crate::track::predict::History;
@@ -168,8 +168,8 @@ impl<R: Refine> Locate for Refined<'_, R> {
         Ok((place, found))
     }
 
-    fn seen((place, found): &Self::Found) -> Candidate {
-        Candidate { warp: Warp::at(*place), zncc: found.zncc }
+    fn seen((place, found): &Self::Found) -> Sighting {
+        Sighting { warp: Warp::at(*place), zncc: found.zncc }
     }
 }
 

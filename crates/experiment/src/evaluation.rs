@@ -36,7 +36,7 @@ use crate::tracking::notices::{
 use crate::tracking::recording_alignment::RecordingAlignments;
 
 /// To be raised whenever the same tracks would give other results; `golden_results` among the tests of the whole guards it.
-pub const EVALUATION_VERSION: u32 = 22;
+pub const EVALUATION_VERSION: u32 = 23;
 
 /// Everything that follows from the tracks.
 pub struct Evaluation {

@@ -25,7 +25,6 @@ use crate::merging::between_views::BetweenViews;
 use crate::merging::direction::against_the_chain;
 use crate::merging::inclination::Inclination;
 use crate::merging::joint::Joint;
-use crate::merging::picture_errors::PictureErrors;
 use crate::merging::picture_geometry::PictureGeometry;
 use crate::merging::shared_errors::SharedErrors;
 use crate::merging::side_motion::SideMotion;
@@ -61,9 +60,7 @@ pub(crate) fn merged<'a>(
     let settings = Settings { n_threads, ..stitching_settings(experiment, stated) };
     let mut joint = Joint::of(setup, tracked, stated, &settings)?;
     let rest_until_s = experiment.tracking.rest_until_s;
-    let m_per_px = joint.setup.map.m_per_px().value;
-    let picture_errors =
-        PictureErrors::of(&joint.as_read, rest_until_s, &joint.stabilisation.rests_until_s, m_per_px);
+    let picture_errors = joint.picture_errors();
     let of_views = joint.scale.reading_errors(&joint.observations, rest_until_s);
     let of_clocks = joint.clocks.errors(&joint.observations);
     let of_views = [of_views, joint.geometry_errors.clone(), of_clocks.clone()].concat();

@@ -216,7 +216,7 @@ fn finish(
 }
 
 /// Variance of the dampings among hypotheses, each by its likelihood (the between-model variance of J. A. Hoeting et al., Statist. Sci.
-/// 14 (1999) 382-417), about the best one's.
+/// 14 (1999) 382-417), about the best one's; where errors that readings share may feign it, the stated model is as likely.
 fn between_hypotheses(at: &Unknowns, rivals: &Rivals) -> [f64; N_DAMPINGS] {
     let all = || rivals.instead.iter().chain(&rivals.beside);
     // Counted from the likeliest, so that no weight is without bound.
@@ -225,7 +225,8 @@ fn between_hypotheses(at: &Unknowns, rivals: &Rivals) -> [f64; N_DAMPINGS] {
     let sum = (0.5 * least).exp() + all().map(weight).sum::<f64>();
     std::array::from_fn(|i| {
         let squares = all().map(|rival| weight(rival) * (rival.damping[i] - at.shared[i]).powi(2));
-        squares.sum::<f64>() / sum
+        let of_stated = rivals.stated.map_or(0.0, |stated| 0.5 * (stated[i] - at.shared[i]).powi(2));
+        squares.sum::<f64>() / sum + of_stated
     })
 }
 

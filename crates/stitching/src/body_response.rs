@@ -143,7 +143,7 @@ impl BodyResponse {
         contribution.weight() * (self.covariance * basis(drive[contribution.recording]))[1]
     }
 
-    /// MergedGroup of a recording's own reading in its fitted value.
+    /// Part of a recording's own reading in its fitted value.
     pub(crate) fn leverage(&self, contribution: &Contribution, drive: &[f64]) -> f64 {
         let weight = contribution.weight();
         self.beside(contribution, drive).taken_weight(contribution, drive) / weight

@@ -70,7 +70,7 @@ pub struct ClockShown {
 
 /// Weight and weighted sum of what a stretch of a body says of an amplitude.
 #[derive(Debug, Clone, Copy, Default)]
-struct MergedGroup {
+struct StretchSum {
     weight: f64,
     sum: f64,
 }
@@ -127,10 +127,10 @@ impl AlignmentState<'_> {
         }
         let is_of: Vec<Vec<bool>> = of.iter().map(|clock| self.recordings_of(clock)).collect();
         let followed = self.followed(field, &is_of)?;
-        let mut parts: Vec<Vec<MergedGroup>> = vec![Vec::new(); of.len()];
+        let mut parts: Vec<Vec<StretchSum>> = vec![Vec::new(); of.len()];
         for of_body in field {
             let moments: Vec<Moment<'_>> = self.moments(of_body).collect();
-            let mut of_times: Vec<Vec<MergedGroup>> = vec![Vec::new(); of.len()];
+            let mut of_times: Vec<Vec<StretchSum>> = vec![Vec::new(); of.len()];
             for moment in &moments {
                 let slopes = self.slopes(moment);
                 for (clock, is_of) in is_of.iter().enumerate() {
@@ -147,7 +147,7 @@ impl AlignmentState<'_> {
                 parts.extend(stretches(&of_times));
             }
         }
-        let shown = |(of, parts): (ClockOf, Vec<MergedGroup>)| ClockShown::of(of, &parts);
+        let shown = |(of, parts): (ClockOf, Vec<StretchSum>)| ClockShown::of(of, &parts);
         Ok(of.into_iter().zip(parts).filter_map(shown).collect())
     }
 
@@ -181,12 +181,12 @@ impl AlignmentState<'_> {
     }
 
     /// What a time of a body says of an error of its readings.
-    fn part(&self, moment: &Moment<'_>, error_m: &DVector<f64>) -> MergedGroup {
+    fn part(&self, moment: &Moment<'_>, error_m: &DVector<f64>) -> StretchSum {
         let left = |one: &Contribution| {
             one.weight() * (one.read.value - moment.response.at(self.drive[one.recording]))
         };
         let products = moment.contributions.iter().zip(error_m).map(|(one, error_m)| error_m * left(one));
-        MergedGroup { weight: error_m.dot(&(&moment.free * error_m)), sum: products.sum() }
+        StretchSum { weight: error_m.dot(&(&moment.free * error_m)), sum: products.sum() }
     }
 
     /// The clocks that readings may tell.
@@ -235,9 +235,9 @@ impl AlignmentState<'_> {
 }
 
 /// Stretches of a body's times with equal weights.
-fn stretches(of_times: &[MergedGroup]) -> [MergedGroup; STRETCHES] {
+fn stretches(of_times: &[StretchSum]) -> [StretchSum; STRETCHES] {
     let whole: f64 = of_times.iter().map(|part| part.weight).sum();
-    let mut stretches = [MergedGroup::default(); STRETCHES];
+    let mut stretches = [StretchSum::default(); STRETCHES];
     let mut before = 0.0;
     for part in of_times {
         let middle = (before + 0.5 * part.weight) / whole.max(f64::MIN_POSITIVE);
@@ -251,7 +251,7 @@ fn stretches(of_times: &[MergedGroup]) -> [MergedGroup; STRETCHES] {
 
 impl ClockShown {
     /// `None` where too few stretches tell it.
-    fn of(of: ClockOf, parts: &[MergedGroup]) -> Option<Self> {
+    fn of(of: ClockOf, parts: &[StretchSum]) -> Option<Self> {
         let weight: f64 = parts.iter().map(|part| part.weight).sum();
         let sum: f64 = parts.iter().map(|part| part.sum).sum();
         let n_parts = weight.powi(2) / parts.iter().map(|part| part.weight.powi(2)).sum::<f64>();

@@ -65,8 +65,10 @@ impl fmt::Display for Evidence {
 const LEAST_GAIN: f64 = 3.0;
 /// A trigger is an outlier farther from the median than this many times the median distance...
 const LATE_RATIO: f64 = 10.0;
-/// ...and than this many frames: a wave passes a body in some ten frames or more.
+/// ...than this many frames, as a wave passes a body in some ten frames or more...
 const LATE_FRAMES: f64 = 5.0;
+/// ...and than this many standard deviations of how triggers are stated to scatter.
+const LATE_SIGMAS: f64 = 5.0;
 /// Fewer recordings than this do not tell which of them is wrong.
 const LEAST_TRIALS: usize = 4;
 
@@ -129,19 +131,20 @@ fn worst(
         }
     }
     // Only now: a recording that contradicts the others throws their triggers about as well.
-    let late = late(&all, observations[kept[0]].frame_interval_s());
+    let stated_s = LATE_SIGMAS * settings.trigger_sigma_s.unwrap_or(0.0);
+    let late = late(&all, stated_s.max(LATE_FRAMES * observations[kept[0]].frame_interval_s()));
     Ok(late.map(|(place, evidence)| outlier(kept[place], evidence)))
 }
 
-/// The recording whose trigger stands farthest from the view's median, where that is out of proportion.
-fn late(stitched: &Stitched, frame_interval_s: f64) -> Option<(usize, Evidence)> {
+/// The recording whose trigger stands farthest from the view's median, where that is out of proportion, and more than is usual in any case.
+fn late(stitched: &Stitched, least_s: f64) -> Option<(usize, Evidence)> {
     let offsets_s: Vec<f64> =
         stitched.alignments.iter().map(|alignment| alignment.trigger_offset_s.value).collect();
     let middle_s = median(offsets_s.clone())?;
     let usual_s = median(offsets_s.iter().map(|offset_s| (offset_s - middle_s).abs()).collect())?;
     let distance_s = |r: usize| (offsets_s[r] - middle_s).abs();
     let farthest = (0..offsets_s.len()).max_by(|a, b| distance_s(*a).total_cmp(&distance_s(*b)))?;
-    let limit_s = (LATE_RATIO * usual_s).max(LATE_FRAMES * frame_interval_s);
+    let limit_s = (LATE_RATIO * usual_s).max(least_s);
     let evidence = Evidence::Trigger { offset_s: offsets_s[farthest] - middle_s, usual_s };
     (distance_s(farthest) > limit_s).then_some((farthest, evidence))
 }

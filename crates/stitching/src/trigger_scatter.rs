@@ -70,7 +70,7 @@ pub(crate) fn errors_of_means(samples: &[Sample], settings: &Settings, interval_
             let own = of_trial / sample.n_trials as f64;
             let common_s2 = between.value / sample.n_views as f64;
             let timing_s2 = own[(1, 1)] + common_s2;
-            // Welch and Satterthwaite: the degrees_of_freedom of a sum of two variances.
+            // Welch and Satterthwaite: the degrees of freedom of a sum of two variances.
             let squares = own[(1, 1)].powi(2) / degrees_of_freedom
                 + (between.sigma / sample.n_views as f64).powi(2) / 2.0;
             let timing_freedom =
@@ -83,7 +83,7 @@ pub(crate) fn errors_of_means(samples: &[Sample], settings: &Settings, interval_
     ErrorsOfMeans { of_groups, has_views: found.is_some() }
 }
 
-/// Covariance of drive and trigger from trial to trial near a group, with its degrees_of_freedom.
+/// Covariance of drive and trigger from trial to trial near a group, with its degrees of freedom.
 fn of_trials(samples: &[Sample], g: usize, settings: &Settings, interval_s: f64) -> (Matrix2<f64>, f64) {
     let distance = |sample: &Sample| sample.first_body.abs_diff(samples[g].first_body);
     let mut near: Vec<&Sample> = samples.iter().collect();
@@ -169,7 +169,7 @@ fn between_views(
 }
 
 /// How much wider a 95 % interval of Student's distribution is than the normal one (Cornish and Fisher's expansion, which below one degree of
-/// degrees_of_freedom, as a difference of variances may have, is none).
+/// degrees of freedom, as a difference of variances may have, is none).
 pub(crate) fn widening(degrees_of_freedom: f64) -> f64 {
     let degrees_of_freedom = degrees_of_freedom.max(1.0);
     let z = Estimate::COVERAGE_95;

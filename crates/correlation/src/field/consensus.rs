@@ -10,7 +10,7 @@ use crate::field::seed::{LARGER, is_same_place};
 use crate::icgn::outcome::Match;
 use crate::search::area::SearchArea;
 use crate::search::chance::{correlation_length_px, fisher, is_told_by, n_independent, share_told};
-use crate::search::rivals::{Candidate, Own, best_rival};
+use crate::search::rivals::{Own, Sighting, best_rival};
 use crate::search::template::Template;
 use crate::warp::Warp;
 use crate::{PreparedSubset, Shape, Window, Workspace};
@@ -26,7 +26,7 @@ const SLACK: (f64, f64) = (0.5, 5.0);
 const FORETOLD: f64 = 4.0;
 /// By how many standard errors a group's correlation has to exceed what chance gives: once in 5e7.
 const BEYOND_CHANCE: f64 = 5.5;
-/// Standard errors that a search among thousands of places, and the shape function's degrees_of_freedom, gain by chance.
+/// Standard errors that a search among thousands of places, and the shape function's degrees of freedom, gain by chance.
 const BY_SEARCH: f64 = 4.0;
 /// Independent subsets of a group that count: more of them do not make a resemblance that is low likelier.
 const MOST_INDEPENDENT: f64 = 16.0;
@@ -294,7 +294,7 @@ fn repeats(pair: &ImagePair<'_>, subset: &PreparedSubset, found: &Match, referen
     let own = Own { place_px: subset.centre_px, zncc: 1.0, length_px };
     best_rival(own, &peaks, |place_px| {
         let found = subset.solve(&window, Warp::at(place_px), &mut workspace).ok()?;
-        Some(Candidate { warp: found.warp(), zncc: found.position.zncc })
+        Some(Sighting { warp: found.warp(), zncc: found.position.zncc })
     })
 }
 

@@ -8,7 +8,7 @@ use chainwave_measurement::{Estimate, Lost, Position, Recording, Region, Subset,
 use crate::acceptance::Standard;
 use crate::foreign::{FlowSettings, library};
 use crate::refine::calibration::{Calibration, Judgement, judge};
-use crate::search::rivals::Candidate;
+use crate::search::rivals::Sighting;
 use crate::track::find::{Locate, Quest};
 use crate::track::predict::History;
 use crate::track::together::without_collisions;
@@ -237,8 +237,8 @@ impl Locate for SingleFlow<'_> {
         }
     }
 
-    fn seen((place, found): &Self::Found) -> Candidate {
-        Candidate { warp: Warp::at(*place), zncc: found.zncc }
+    fn seen((place, found): &Self::Found) -> Sighting {
+        Sighting { warp: Warp::at(*place), zncc: found.zncc }
     }
 }
 

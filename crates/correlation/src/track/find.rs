@@ -7,7 +7,7 @@ use crate::PreparedSubset;
 use crate::acceptance::{Origin, Standard};
 use crate::search::area_around;
 use crate::search::patch::Deformations;
-use crate::search::rivals::Candidate;
+use crate::search::rivals::Sighting;
 use crate::search::template::Template;
 use crate::track::predict::{History, Search};
 use crate::warp::Warp;
@@ -29,7 +29,7 @@ pub(crate) trait Locate {
     }
 
     /// Where it is, and how well it resembles the reference.
-    fn seen(found: &Self::Found) -> Candidate;
+    fn seen(found: &Self::Found) -> Sighting;
 }
 
 /// What is looked for in a frame, and what is known of it.

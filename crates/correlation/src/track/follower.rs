@@ -8,7 +8,7 @@ use crate::acceptance::Standard;
 use crate::evidence::ShapeTest;
 use crate::icgn::outcome::Match;
 use crate::icgn::visible::noise_ratio;
-use crate::search::rivals::Candidate;
+use crate::search::rivals::Sighting;
 use crate::structure::Structure;
 use crate::track::alike::{self, Alike};
 use crate::track::bending::Bend;
@@ -27,6 +27,7 @@ use crate::{CorrelationError, PreparedSubset, Reference, ReferenceFrames, Settin
 /// One subset on its way through a recording.
 pub(crate) struct Follower<'a> {
     matcher: Matcher<'a>,
+    /// What its parts were asked where it was seen in part.
     parts: Parts,
     target: Result<Target, Lost>,
     reference_frames: Range<usize>,
@@ -142,6 +143,7 @@ impl<'a> Follower<'a> {
             self.target = Ok(original.target);
         }
         self.decay = Decay::default();
+        self.parts = Parts::default();
         let end = self.n_frames();
         for renewal in self.renewals.iter_mut().filter(|renewal| renewal.until.is_none()) {
             renewal.until = Some(end);
@@ -425,7 +427,7 @@ impl Locate for Matched<'_, '_> {
         self.parts.seen(self.subset, window, start, found, workspace)
     }
 
-    fn seen(found: &Match) -> Candidate {
-        Candidate { warp: found.warp(), zncc: found.position.zncc }
+    fn seen(found: &Match) -> Sighting {
+        Sighting { warp: found.warp(), zncc: found.position.zncc }
     }
 }

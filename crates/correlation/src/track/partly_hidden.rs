@@ -6,8 +6,8 @@
 //! agrees with is taken. Here what covers and what is covered are each in one piece, so that the few pixels are halves and thirds of the
 //! subset: one that shows noise alone, and that evenly, is right, and grows by all pixels around it that its match explains.
 //!
-//! It is looked for only where residuals are more than noise and more on one side than on the other: what a texture that has changed, more
-//! light, or the shape function leaves is all over the subset.
+//! It is looked for only where residuals are twice what noise explains, or more than that on one side than on the other, and not again where
+//! it was in vain: what a texture that has changed, more light, or the shape function leaves is all over the subset, and in all frames.
 
 use chainwave_measurement::{Estimate, Lost, Position};
 

@@ -75,7 +75,7 @@ impl Experiment {
 mod tests {
     use super::*;
 
-    const SMALL: &str = include_str!("../../../tests/small-experiment/experiment.toml");
+    const SMALL: &str = include_str!("../../../../tests/small-experiment/experiment.toml");
 
     fn with_masses(masses: &str) -> Experiment {
         toml::from_str(&SMALL.replace("mass_kg = 0.455e-3", &format!("mass_kg = {masses}"))).unwrap()

@@ -209,7 +209,7 @@ mod tests {
 
     use super::*;
 
-    const SMALL: &str = include_str!("../../../tests/small-experiment/experiment.toml");
+    const SMALL: &str = include_str!("../../../../tests/small-experiment/experiment.toml");
 
     #[test]
     fn a_chain_is_uniform_where_bodies_and_gaps_are_alike_and_free() {

@@ -210,7 +210,7 @@ mod tests {
 
     #[test]
     fn springs_answer_in_proportion_and_a_softening_chain_does_not() {
-        let small = include_str!("../../../tests/small-experiment/experiment.toml");
+        let small = include_str!("../../../../tests/small-experiment/experiment.toml");
         let largest = |text: &str| {
             let experiment: Experiment = toml::from_str(text).unwrap();
             let motion = StatedMotion::of(&experiment, 0.0, NonZero::<usize>::MIN).unwrap();

@@ -44,7 +44,7 @@ mod tests {
 
     use super::*;
 
-    const SMALL: &str = include_str!("../../../tests/small-experiment/experiment.toml");
+    const SMALL: &str = include_str!("../../../../tests/small-experiment/experiment.toml");
 
     /// A body that is pushed by 1 mm and swings back by nine tenths of that, with a sign, behind one that was not seen.
     fn pushed(sign: f64) -> ChainMotion {

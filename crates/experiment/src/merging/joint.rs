@@ -11,6 +11,7 @@ use crate::geometry::scale::ScaleCheck;
 use crate::geometry::stages::Stages;
 use crate::merging::between_views::BetweenViews;
 use crate::merging::joining::{Joined, Unjoined, chosen, join, sound};
+use crate::merging::picture_errors::PictureErrors;
 use crate::merging::picture_geometry::PictureGeometry;
 use crate::merging::stabilisation::Stabilisation;
 use crate::setup::Setup;
@@ -127,7 +128,19 @@ impl<'a> Joint<'a> {
             timed = Timed::as_stated(tracked);
             joint = joined(&timed)?;
         }
+        if joint.clocks.are_of_views() && joint.picture_errors().outweigh_noise() {
+            let clocks = joint.clocks.or_pictures();
+            timed = Timed::by(tracked, &clocks);
+            joint = Self { clocks, ..joined(&timed)? };
+        }
         Ok((joint, timed))
+    }
+
+    /// What pictures of bodies show beyond noise once they have moved.
+    pub(crate) fn picture_errors(&self) -> PictureErrors {
+        let rest_until_s = self.setup.experiment.tracking.rest_until_s;
+        let m_per_px = self.setup.map.m_per_px().value;
+        PictureErrors::of(&self.as_read, rest_until_s, &self.stabilisation.rests_until_s, m_per_px)
     }
 
     /// The clocks that the alignment tells besides those that are known; none of one that is adrift.

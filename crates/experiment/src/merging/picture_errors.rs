@@ -116,6 +116,12 @@ impl PictureErrors {
         self.is_found
     }
 
+    /// Whether they add more to the variance of a body's readings than noise does, in the mean of all.
+    pub(crate) fn outweigh_noise(&self) -> bool {
+        let all = mean_of(&self.groups.iter().map(|group| group.excess.value).collect::<Vec<_>>());
+        self.is_found && all.is_some_and(|all| all.value > 1.0)
+    }
+
     /// The errors that the trials of a view share, some of each body in each view, apart from the noise; none where there is no more than chance.
     pub(crate) fn apart(&self) -> Apart {
         if !self.is_found {

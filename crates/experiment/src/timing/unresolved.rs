@@ -252,7 +252,7 @@ mod tests {
             found.add_to(&mut motion);
             let sigma_m = |at: (usize, usize)| motion.displacement_m[at].map_or(0.0, |x| x.sigma);
             // At rest nothing is added. Of a body that rests a cell holds five trials' differences of sixteen frames, whose variance is told by a
-            // median to one part in sqrt(degrees_of_freedom / 2): three times that.
+            // median to one part in sqrt(degrees of freedom / 2): three times that.
             let degrees_of_freedom = EFFICIENCY * 5.0 * CELL / ALIKE;
             let chance_m2 = 3.0 * (2.0 / degrees_of_freedom).sqrt() * SIGMA_M.powi(2) / GAIN_AT_HALF;
             assert!(sigma_m((0, 10)) <= 1e-6 && sigma_m((1, 200)) < (1e-12 + chance_m2).sqrt());

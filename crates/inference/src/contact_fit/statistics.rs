@@ -17,7 +17,7 @@ const CLOSEST: f64 = 0.99;
 const ROUNDING: f64 = 1e-14;
 
 /// The factor that makes of `deviations` of a normal distribution the interval of equal probability for an error whose size is
-/// known from `degrees_of_freedom` degrees of freedom only (Student's t, by its expansion in 1/degrees_of_freedom: Fisher and Cornish 1960).
+/// known from `degrees_of_freedom` degrees of freedom only (Student's t, by its expansion in the inverse of these: Fisher and Cornish 1960).
 pub(super) fn student(deviations: f64, degrees_of_freedom: usize) -> f64 {
     let (z, nu) = (deviations, degrees_of_freedom as f64);
     let square = z * z;

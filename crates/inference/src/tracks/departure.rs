@@ -74,7 +74,7 @@ pub fn scatter_of_bodies_rule() -> Rule {
 }
 
 /// Masses that are free at most. Where there are more bodies, neighbours share one: what a wave tells of masses is when it comes, which adds up over
-/// neighbours, so that few slow changes along the chain hold nearly all of it, and a number for each body would add degrees_of_freedom, and effort that
+/// neighbours, so that few slow changes along the chain hold nearly all of it, and a number for each body would add degrees of freedom, and effort that
 /// grows with the cube of their number, without evidence.
 const MOST_MASSES: usize = 64;
 

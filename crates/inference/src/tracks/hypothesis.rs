@@ -1,4 +1,4 @@
-//! What may be true of a chain that its model does not state: each a model with more degrees_of_freedom, to be believed on evidence alone.
+//! What may be true of a chain that its model does not state: each a model with more degrees of freedom, to be believed on evidence alone.
 
 use chainwave_mechanics::{FarEnd, Law};
 

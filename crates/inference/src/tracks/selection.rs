@@ -20,6 +20,10 @@ const SHARE: f64 = 0.5;
 /// The same of a hypothesis with a number for each body, unless it leaves noise alone: so many numbers take half of anything away.
 const WIDE_SHARE: f64 = 0.9;
 
+/// Chi squared, in units of the residuals' variance, that a hypothesis takes away and errors which readings share may feign: what is known of
+/// them is their size and how far they reach, and ten standard deviations of one number are what they were seen to make.
+const FEIGNED: f64 = 100.0;
+
 /// A hypothesis whose chi squared is farther behind the best one's than this is a thousand times less likely, and no rival.
 const FAR_BEHIND: f64 = 14.0;
 
@@ -58,6 +62,8 @@ pub(super) struct Rivals {
     pub(super) instead: Vec<Rival>,
     /// Beside all that is believed: not told, and not excluded.
     pub(super) beside: Vec<Rival>,
+    /// What the model makes of the dampings as it is stated, where errors that readings share may feign what is believed beyond it.
+    pub(super) stated: Option<[f64; N_DAMPINGS]>,
 }
 
 impl Fit {
@@ -103,6 +109,8 @@ impl Fit {
 /// that away, or they have the shape of one. And the hypotheses that might as well hold.
 pub(super) fn explained(observations: &[Observation], mut fit: Fit) -> (Fit, Rivals) {
     let mut instead = Vec::new();
+    let may_be_feigned = !fit.model.reading_errors.is_empty() && fit.beyond.is_empty();
+    let (stated, stated_cost) = (dampings_of(&fit), cost(&fit));
     loop {
         let told = Told::of(observations, &mut fit);
         if fit.beyond.is_empty() {
@@ -113,13 +121,16 @@ pub(super) fn explained(observations: &[Observation], mut fit: Fit) -> (Fit, Riv
             if asks && fit.beyond.len() < MOST { richer(observations, &mut fit, &told) } else { Vec::new() };
         let mut found = found.into_iter();
         let Some((_, best)) = found.next() else {
-            return (fit, Rivals { instead, beside: told.undecided });
+            let is_feigned = may_be_feigned && !fit.beyond.is_empty();
+            let is_little = (stated_cost - cost(&fit)) / unit(&fit) < FEIGNED;
+            let stated = (is_feigned && is_little).then_some(stated);
+            return (fit, Rivals { instead, beside: told.undecided, stated });
         };
         let unit = unit(&best);
         instead = found
             .map(|(hypothesis, other)| Rival {
                 hypothesis,
-                damping: std::array::from_fn(|i| other.minimum.at.shared[i]),
+                damping: dampings_of(&other),
                 behind: (cost(&other) - cost(&best)) / unit,
             })
             .filter(|rival: &Rival| rival.behind < FAR_BEHIND)
@@ -127,6 +138,10 @@ pub(super) fn explained(observations: &[Observation], mut fit: Fit) -> (Fit, Riv
         let Fit { as_stated, p_value_as_stated, n_simulations, .. } = fit;
         fit = Fit { as_stated, p_value_as_stated, n_simulations, ..best };
     }
+}
+
+fn dampings_of(fit: &Fit) -> [f64; N_DAMPINGS] {
+    std::array::from_fn(|i| fit.minimum.at.shared[i])
 }
 
 /// The share of the structure's excess that a hypothesis has to take away.

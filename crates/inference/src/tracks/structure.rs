@@ -99,7 +99,7 @@ impl Structure {
         let within = (n - fitted.n_shared - own - between).max(1.0);
         let noise2 = ((squares - shared2) / within).max(f64::MIN_POSITIVE);
         let ratio = shared2 / between / noise2;
-        // Each cell's expectation, had noise alone the fit's degrees_of_freedom.
+        // Each cell's expectation, had noise alone the fit's degrees of freedom.
         let expected = between / n_cells.max(1.0);
         let ratio_of = |takes: &dyn Fn(&(usize, i64)) -> bool| {
             let (sum, count) = cells
