@@ -103,17 +103,8 @@ pub fn evaluate(
     let stated = StatedMotion::of(experiment, tracked.last_s(), n_threads)?;
     let Merged { joint, of_camera, shared, side_motion, shortening, reading_errors, assumptions } =
         merged(setup, tracked, &stated, n_threads)?;
-    let Joint {
-        setup: mapped,
-        scale,
-        geometry,
-        observations,
-        stabilisation,
-        stitched,
-        left_out,
-        unjoined,
-        ..
-    } = joint;
+    let Joint { setup: mapped, scale, geometry, observations, .. } = joint;
+    let Joint { stabilisation, stitched, left_out, unjoined, .. } = joint;
     step();
     let known = &known(experiment, &mapped.map, &scale, shortening);
     let chain = &experiment.chain_model()?;

@@ -144,7 +144,8 @@ impl Scene<'_> {
         if self.subset.settings.surfaces_bend {
             return Ok(found);
         }
-        let n_agreeing = others.iter().filter(|other| apart_px(&found, other) == [0.0; 2]).count();
+        let is_there = |other: &&Match| apart_px(&found, other).iter().all(|apart_px| *apart_px <= 0.0);
+        let n_agreeing = others.iter().filter(is_there).count();
         match n_agreeing >= LEAST_AGREEING || !self.shows_something_else(&found) {
             true => Ok(with_differences(found, &others)),
             false => Err(Lost::LowCorrelation),
