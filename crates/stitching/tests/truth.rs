@@ -452,6 +452,20 @@ fn bodies_under_wrong_names_and_a_wrong_frame_rate_are_named() {
     }
 }
 
+#[test]
+fn a_trigger_out_of_proportion_is_an_outlier_unless_it_is_stated_to_scatter_so() {
+    for seed in 0..5 {
+        let mut observations = experiment(seed).observations;
+        let late_s = 30.0 * FRAME_S;
+        observations[7].times_s.iter_mut().for_each(|time_s| *time_s += late_s);
+        assert_eq!(found_outliers(&observations), ["view1 trial2"], "seed {seed}");
+        // Five standard deviations are usual, and it is late by four.
+        let stated =
+            Settings { trigger_sigma_s: Some(0.25 * late_s), ..Settings::new(N_BODIES, 2.0 * FRAME_S) };
+        assert!(outliers(&observations, &stated).unwrap().is_empty(), "seed {seed}");
+    }
+}
+
 /// What readings say of clocks, whose stamps are so much shorter than they should be.
 fn clocks(seed: u64, excess: impl Fn(&Observation) -> f64) -> Vec<ClockShown> {
     let mut experiment = experiment(seed);

@@ -9,7 +9,7 @@
 
 use std::num::NonZero;
 
-use chainwave_measurement::{Estimate, map_in_parallel};
+use chainwave_measurement::map_in_parallel;
 
 use crate::field::pair::{ImagePair, Settled};
 use crate::icgn::outcome::Match;
@@ -17,10 +17,6 @@ use crate::search::chance::{RARE, chance_zncc_by};
 use crate::warp::Warp;
 use crate::{PreparedSubset, Shape, Workspace};
 
-/// Standard deviations by which a mean square of noise is more than usual.
-const UNUSUAL: f64 = 3.0;
-/// Share by which residuals vary from texture to texture besides.
-const OF_TEXTURE: f64 = 0.1;
 /// Residuals over what noise explains up to which those that are least are noise alone, and not what a shape function leaves everywhere.
 const NOISE_ALONE: f64 = 1.25;
 /// Standard deviations by which two places are not the same.
@@ -87,7 +83,7 @@ impl Halves<'_> {
     /// Whether the residuals of a share of a subset's pixels are no more than noise leaves.
     fn is_noise(&self, found: &Match, usual: f64, share: f64) -> bool {
         let n_pixels = share * (2 * self.pair.half_px + 1).pow(2) as f64;
-        found.noise_ratio < usual * (1.0 + OF_TEXTURE + UNUSUAL * (2.0 / n_pixels).sqrt())
+        found.is_noise(usual, n_pixels)
     }
 
     /// The match of a point through whose subset something runs; `None` where nothing does.
@@ -129,7 +125,9 @@ impl Halves<'_> {
             if is_beyond_noise(a, b) { distance_px(a, b) } else { [0.0; 2] }
         };
         let most = pairs.iter().map(apart).fold([0.0_f64; 2], |[x, y], [u, v]| [x.max(u), y.max(v)]);
-        (most[0].max(most[1]) > LEAST_STATED_PX).then(|| (with_difference(found, most), *shape))
+        // It may as well be that of either.
+        let stated = found.with_error(most.map(|apart_px| 0.5 * apart_px));
+        (most[0].max(most[1]) > LEAST_STATED_PX).then_some((stated, *shape))
     }
 
     /// The half of a subset on one side of its centre, from where the whole one or a guide leads.
@@ -245,14 +243,4 @@ fn is_beyond_noise(a: &Match, b: &Match) -> bool {
     let sigmas = [(a.position.x_px, b.position.x_px), (a.position.y_px, b.position.y_px)]
         .map(|(a, b)| a.sigma.hypot(b.sigma));
     distance_px(a, b).iter().zip(sigmas).any(|(apart, sigma)| *apart > APART * sigma)
-}
-
-/// A match that may as well be that of either of two halves so far apart.
-fn with_difference(found: &Match, apart_px: [f64; 2]) -> Match {
-    let mut stated = *found;
-    let position = &mut stated.position;
-    for (estimate, apart_px) in [&mut position.x_px, &mut position.y_px].into_iter().zip(apart_px) {
-        *estimate = Estimate::new(estimate.value, estimate.sigma.hypot(0.5 * apart_px));
-    }
-    stated
 }

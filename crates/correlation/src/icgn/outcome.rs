@@ -1,6 +1,6 @@
 //! What a match gives, why there is none, and the buffers that it reuses.
 
-use chainwave_measurement::{Lost, Position};
+use chainwave_measurement::{Estimate, Lost, Position};
 
 use crate::warp::Warp;
 
@@ -24,6 +24,25 @@ impl Match {
         let Position { x_px, y_px, .. } = self.position;
         let position_px = [x_px.value, y_px.value];
         Warp { position_px, gradient: self.gradient, curvature: self.curvature }
+    }
+
+    /// Whether its residuals are no more than noise leaves of so many pixels, where those of matches of the whole are so many times what noise
+    /// explains.
+    pub(crate) fn is_noise(&self, usual: f64, n_pixels: f64) -> bool {
+        /// Standard deviations by which a mean square of noise is more than usual.
+        const UNUSUAL: f64 = 3.0;
+        /// Share by which residuals vary from texture to texture besides.
+        const OF_TEXTURE: f64 = 0.1;
+        self.noise_ratio < usual * (1.0 + OF_TEXTURE + UNUSUAL * (2.0 / n_pixels).sqrt())
+    }
+
+    /// The same with an error of so many pixels along x and y in its sigmas.
+    pub(crate) fn with_error(mut self, error_px: [f64; 2]) -> Self {
+        let Position { x_px, y_px, .. } = &mut self.position;
+        for (estimate, error_px) in [x_px, y_px].into_iter().zip(error_px) {
+            *estimate = Estimate::new(estimate.value, estimate.sigma.hypot(error_px));
+        }
+        self
     }
 }
 

@@ -9,7 +9,7 @@
 //! It is looked for only where residuals are twice what noise explains, or more than that on one side than on the other, and not again where
 //! it was in vain: what a texture that has changed, more light, or the shape function leaves is all over the subset, and in all frames.
 
-use chainwave_measurement::{Estimate, Lost, Position};
+use chainwave_measurement::{Lost, Position};
 
 use crate::icgn::outcome::Match;
 use crate::icgn::visible::smooth_share;
@@ -18,8 +18,6 @@ use crate::search::chance::{RARE, chance_zncc};
 use crate::warp::{Warp, distance_px};
 use crate::{PreparedSubset, Window, Workspace};
 
-/// Share by which residuals vary from texture to texture besides what noise makes of so many pixels.
-const OF_TEXTURE: f64 = 0.1;
 /// Residuals over what noise explains that are looked into in any case.
 const MUCH: f64 = 2.0;
 /// The same up to which they may be those of a frame with more noise than the reference's, such as of four times the light.
@@ -64,7 +62,7 @@ impl Parts {
     /// which the parts told nothing, they are not asked again.
     pub(crate) fn are_asked(&self, subset: &PreparedSubset, found: &Result<Match, Lost>) -> bool {
         match found {
-            Ok(found) if is_noise(found, subset.n_used) => false,
+            Ok(found) if found.is_noise(1.0, subset.n_used as f64) => false,
             Ok(found) => {
                 let ratio = found.noise_ratio / self.in_vain;
                 !found.is_whole || !(1.0 / ALIKE..ALIKE).contains(&ratio)
@@ -96,11 +94,6 @@ impl Parts {
         };
         in_part
     }
-}
-
-/// Whether the residuals of so many pixels are no more than noise leaves.
-fn is_noise(found: &Match, n_pixels: usize) -> bool {
-    found.noise_ratio < 1.0 + OF_TEXTURE + BEYOND_NOISE * (2.0 / n_pixels as f64).sqrt()
 }
 
 /// A part of a subset, and its match.
@@ -178,7 +171,8 @@ impl Scene<'_> {
                 .filter(|found| found.position.zncc >= by_chance)
         });
         let found = matches.min_by(|a, b| a.noise_ratio.total_cmp(&b.noise_ratio))?;
-        let is_clear = found.noise_ratio < NOISIER && self.is_even(&part, &found.warp());
+        let is_clear =
+            found.noise_ratio < NOISIER && is_even(&part, self.window, &found.warp(), self.workspace);
         Some(Seed { part, found, is_clear })
     }
 
@@ -192,10 +186,6 @@ impl Scene<'_> {
             return false;
         };
         smooth_share(part, part.residuals(&compared, self.workspace)) * found.noise_ratio > 1.0
-    }
-
-    fn is_even(&mut self, part: &PreparedSubset, warp: &Warp) -> bool {
-        is_even(part, self.window, warp, self.workspace)
     }
 
     /// The match of all pixels that that of a part explains, and then that of those, until they stay the same.
@@ -214,10 +204,10 @@ impl Scene<'_> {
         let part = part?;
         let is_right = found.noise_ratio < NOISIER
             && found.position.zncc >= chance_zncc(&part, N_STARTS, RARE)
-            && self.is_even(&part, &found.warp());
+            && is_even(&part, self.window, &found.warp(), self.workspace);
         let found = Match { is_whole: false, ..found };
-        let stated =
-            if is_noise(&found, part.n_used) { found } else { with_differences(found, &[seed.found]) };
+        let is_noise = found.is_noise(1.0, part.n_used as f64);
+        let stated = if is_noise { found } else { with_differences(found, &[seed.found]) };
         is_right.then_some(stated)
     }
 
@@ -241,11 +231,9 @@ impl Scene<'_> {
             })
             .collect();
         let means = means_around(&squares, &subset.weights, subset.width);
-        let is_outlier = |(square, mean): (&f64, &f64)| *square > OUTLIER_SIGMAS.powi(2) || *mean > 1.0;
-        let outliers: Vec<bool> = squares.iter().zip(&means).map(is_outlier).collect();
-        let single: Vec<bool> = squares.iter().map(|square| *square > OUTLIER_SIGMAS.powi(2)).collect();
-        let near = dilated(subset.width, &single, INVALID_MARGIN_PX);
-        let hidden = outliers.iter().zip(near).map(|(outlier, near)| *outlier || near);
+        let outliers: Vec<bool> = squares.iter().map(|square| *square > OUTLIER_SIGMAS.powi(2)).collect();
+        let near = dilated(subset.width, &outliers, INVALID_MARGIN_PX);
+        let hidden = means.into_iter().zip(near).map(|(mean, near)| near || mean > 1.0);
         Some(hidden.zip(subset.weights.iter()).map(|(hidden, weight)| !hidden && *weight > 0.0).collect())
     }
 }
@@ -301,7 +289,7 @@ fn is_even(part: &PreparedSubset, window: &Window, warp: &Warp, workspace: &mut 
 
 /// Whether a match of a part leaves so much less than that of the whole that the part alone is believed.
 fn is_less(mended: &Match, found: &Result<Match, Lost>) -> bool {
-    found.as_ref().is_ok_and(|found| LESS * mended.noise_ratio < found.noise_ratio) || found.is_err()
+    found.as_ref().map_or(true, |found| LESS * mended.noise_ratio < found.noise_ratio)
 }
 
 /// How far two matches are apart along x and y, 0 where the noise of the second explains it.
@@ -318,10 +306,5 @@ fn apart_px(found: &Match, other: &Match) -> [f64; 2] {
 /// A match with the farthest that parts of the subset see it elsewhere in its sigmas.
 fn with_differences(found: Match, others: &[Match]) -> Match {
     let apart = others.iter().map(|other| apart_px(&found, other));
-    let [x_px, y_px] = apart.fold([0.0_f64; 2], |[x, y], [u, v]| [x.max(u), y.max(v)]);
-    let mut stated = found;
-    for (estimate, apart_px) in [(&mut stated.position.x_px, x_px), (&mut stated.position.y_px, y_px)] {
-        *estimate = Estimate::new(estimate.value, estimate.sigma.hypot(apart_px));
-    }
-    stated
+    found.with_error(apart.fold([0.0_f64; 2], |[x, y], [u, v]| [x.max(u), y.max(v)]))
 }
