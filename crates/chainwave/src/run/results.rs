@@ -5,7 +5,7 @@ use std::path::Path;
 use chainwave_analysis::{DampingShare, GroupVelocity, LocalResonance, Measurement, Missing};
 use chainwave_experiment::{
     BEHIND_BODY_1, Evaluation, Finding, ModelBeside, PEAK_ENERGIES, RELEASE, RecordingAlignment,
-    RecordingState, Results, Setup, SideMotion, TRACKS, TrackRows, Tracked, Trial, dispersion_table,
+    RecordingState, Results, Setup, SideMotion, State, TRACKS, TrackRows, Tracked, Trial, dispersion_table,
     energy_table, front_table, half_width_table, motion_by_model_table, motion_table, pulse_table,
     spectrum_table, strain_table,
 };
@@ -40,7 +40,8 @@ pub(crate) fn write_unsolved(
 ) -> Result<(), Error> {
     outputs::remove_conclusions(out)?;
     let unsolved = Finding { code: "unsolved", subject: "the tracks".into(), text: reason.to_owned() };
-    let warnings: Vec<Finding> = std::iter::once(unsolved).chain(findings.iter().cloned()).collect();
+    let warnings: Vec<Finding> =
+        std::iter::once(unsolved).chain(failures(recordings)).chain(findings.iter().cloned()).collect();
     let mut results = Map::from_iter([
         ("warnings".into(), warnings_as_json(&warnings)),
         ("recordings".into(), states_as_json(recordings)),
@@ -222,9 +223,19 @@ fn as_json(setup: &Setup, evaluation: &Evaluation, states: &[RecordingState]) ->
     } else {
         results.insert("pulses_refused".into(), json!("not asked for (analysis.pulses = false)"));
     }
-    results.insert("warnings".into(), warnings_as_json(&evaluation.warnings()));
+    let warnings: Vec<Finding> = failures(states).chain(evaluation.warnings()).collect();
+    results.insert("warnings".into(), warnings_as_json(&warnings));
     results.insert("recordings".into(), states_as_json(states));
     Value::Object(results)
+}
+
+/// Recordings that could not be used, as warnings.
+fn failures(states: &[RecordingState]) -> impl Iterator<Item = Finding> {
+    states.iter().filter(|one| one.state == State::Failed).map(|one| Finding {
+        code: "failed",
+        subject: one.recording.clone(),
+        text: one.reason.clone().unwrap_or_else(|| "it could not be used".into()),
+    })
 }
 
 /// What the reader should know, each with its kind in a word and what it is about.

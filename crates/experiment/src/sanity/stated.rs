@@ -34,13 +34,18 @@ pub(super) fn scale(setup: &Setup, views: &[ViewAtRest]) -> Result<Option<Findin
         chain.mean_pitch_m()
     );
     let fits = |factor: f64| (subset_px..=width_px).contains(&(factor * pitch_px));
-    let unit = [(1e3, "px/mm"), (1e-3, "px/km"), (1e6, "px/um"), (1e2, "px/cm")]
-        .into_iter()
-        .find(|(factor, _)| fits(*factor))
-        .map(|(factor, unit)| {
-            format!(" (hint: {} px/m if this is in {unit}, or pitch_m in another unit)", factor * px_per_m)
-        })
-        .unwrap_or_default();
+    let of_scale = [(1e3, "px/mm"), (1e2, "px/cm"), (1e6, "px/um")].into_iter().map(|(factor, unit)| {
+        (
+            factor,
+            format!(" (hint: {} px/m if {key} is in {unit}, or pitch_m in another unit)", factor * px_per_m),
+        )
+    });
+    let of_pitch = [(1e-3, "mm"), (1e-2, "cm"), (1e-6, "um")].into_iter().map(|(factor, unit)| {
+        let pitch_m = factor * chain.mean_pitch_m();
+        (factor, format!(" (hint: pitch_m = {pitch_m} if the pitch is in {unit}, or {key} in another unit)"))
+    });
+    let unit =
+        of_scale.chain(of_pitch).find(|(factor, _)| fits(*factor)).map(|(_, hint)| hint).unwrap_or_default();
     if pitch_px <= 0.5 * subset_px {
         return Err(Error::Configuration {
             path: setup.path.clone(),

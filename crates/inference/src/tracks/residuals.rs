@@ -377,17 +377,25 @@ impl TrackResiduals<'_> {
         map_in_parallel(self.observations.len(), self.model.n_threads, of_recording).concat()
     }
 
-    /// Standard deviation of the errors that each residual's reading shares with others, in metres, in the order of the residuals.
+    /// Standard deviation of what the errors that readings share make of each residual, in metres, in the order of the residuals: a
+    /// residual is a reading less its track's place at rest, and that has the weighted mean of each error over the track.
     pub(super) fn shared_sigmas_m(&self) -> Vec<f64> {
         let of_track = |(r, k): (usize, usize)| {
             let errors = self.errors.of_track(r, k);
             let frames = self.observations[r].bodies[k].position_m.iter().enumerate();
-            let sigma_m =
-                |frame: usize| errors.iter().map(|(_, error_m)| error_m[frame].powi(2)).sum::<f64>().sqrt();
-            frames
-                .filter(|(_, position)| position.is_some())
-                .map(|(frame, _)| sigma_m(frame))
-                .collect::<Vec<_>>()
+            let read: Vec<(usize, f64)> = frames
+                .filter_map(|(frame, position)| Some((frame, position.as_ref()?.sigma.powi(-2))))
+                .collect();
+            let weights: f64 = read.iter().map(|(_, weight)| weight).sum();
+            let of_place_m = |error_m: &[f64]| {
+                read.iter().map(|(frame, weight)| weight * error_m[*frame]).sum::<f64>() / weights
+            };
+            let errors_m: Vec<(&[f64], f64)> =
+                errors.iter().map(|(_, error_m)| (*error_m, of_place_m(error_m))).collect();
+            let of_residual_m2 = |frame: usize| {
+                errors_m.iter().map(|(error_m, place_m)| (error_m[frame] - place_m).powi(2)).sum::<f64>()
+            };
+            read.iter().map(|(frame, _)| of_residual_m2(*frame).sqrt()).collect::<Vec<_>>()
         };
         let tracks = (0..self.observations.len())
             .flat_map(|r| (0..self.observations[r].bodies.len()).map(move |k| (r, k)));

@@ -1,5 +1,6 @@
 //! What tracks are compared with: derivatives against simulations, and how much is integrated.
 
+use chainwave_measurement::{ReadingError, TrackError};
 use chainwave_mechanics::{FarEnd, PowerLaw, simulate};
 
 use super::super::response::MotionOfTrack;
@@ -136,4 +137,40 @@ fn unknowns_keep_their_places_in_a_richer_problem() {
     let there = problem.extended(&at, (before.len(), 1));
     assert_eq!(there.shared.as_slice(), [0.004, 0.3, 1.01, 1.0, 0.98, 0.0, 1.0]);
     assert_eq!(there.own, at.own);
+}
+
+#[test]
+fn a_shared_error_moves_residuals_by_what_is_stated_of_them() {
+    let chain = uniform(8);
+    let observation = observed(&chain);
+    // Pictures that err where a body has moved, as a pattern on the sensor does: body 2 by up to 3 um.
+    let errors_m: Vec<f64> =
+        (0..150).map(|k| if k < 40 { 0.0 } else { 2e-6 + 1e-6 * f64::from(k % 2) }).collect();
+    let error_m = errors_m.clone();
+    let of_track = TrackError { recording: "one".into(), body: 2, error_m };
+    let reading_errors = vec![ReadingError { source: "a pattern".into(), of_tracks: vec![of_track] }];
+    let model = TrackModel { reading_errors, ..unshared(chain, Estimate::new(2.73, 0.05), Vec::new()) };
+    let mut erring = observation.clone();
+    for (position, error_m) in erring.bodies[1].position_m.iter_mut().zip(&errors_m) {
+        position.as_mut().unwrap().value += error_m;
+    }
+    let residuals_m = |observation: Observation| -> Vec<f64> {
+        let observations = [observation];
+        let problem = TrackResiduals::new(&observations, &model, &[]).unwrap();
+        let at = problem.start(&[1e-6], [1.1, 0.9]).unwrap();
+        let solved = problem.solve(&at).unwrap();
+        problem.residuals(&solved, &at, &[]).iter().map(|one| one.value * 0.4e-6).collect()
+    };
+    let (right_m, erring_m) = (residuals_m(observation.clone()), residuals_m(erring));
+    let observations = [observation];
+    let stated_m = TrackResiduals::new(&observations, &model, &[]).unwrap().shared_sigmas_m();
+    for ((right_m, erring_m), stated_m) in right_m.iter().zip(&erring_m).zip(&stated_m) {
+        // Rounding of positions of a few centimetres.
+        assert!(((erring_m - right_m).abs() - stated_m).abs() < 1e-15, "{right_m} {erring_m} {stated_m}");
+    }
+    assert!(
+        stated_m[150] > 1e-6,
+        "a body at rest is off by what its place has of the error: {}",
+        stated_m[150]
+    );
 }
