@@ -1,4 +1,4 @@
-//! What a command says: nothing but errors with `--quiet`, one object with `--json`, and nothing to who no longer listens.
+//! What a command says: nothing but errors with `--quiet`, one object with `--json`, and nothing to a reader that no longer listens.
 
 use std::path::Path;
 use std::process::Stdio;

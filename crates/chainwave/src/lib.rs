@@ -1,8 +1,8 @@
 //! `chainwave`: from high-speed recordings of an impacted chain to displacement histories, strain maps, wave quantities and
 //! fitted damping, every number with its uncertainty.
 //!
-//! This crate is the edge of the workspace: the only one that parses configuration, prints, times, and writes results. A
-//! command reads its inputs, calls the inner crates (functions of values), and writes tables. Long work goes by
+//! This crate is the edge of the workspace: the only one that parses arguments, prints, reads the clock, and writes result
+//! tables. A command reads its inputs, calls the inner crates (functions of values), and writes tables. Long work goes by
 //! recordings, in parallel; what each recording gave is kept, so an interrupted run goes on where it stopped.
 //!
 //! It is a library with one function, [`main`], for two programs: `chainwave`, which knows no OpenCV, and `chainwave-opencv` (of the crate

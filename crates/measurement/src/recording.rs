@@ -85,7 +85,7 @@ pub trait Recording: Send + Sync {
     }
 
     /// A frame as it lies in memory, where that is how its counts are: neither packed, scaled, companded nor compressed. Another
-    /// way to the same counts as [`Recording::read_region`]'s, for who can do without a copy.
+    /// way to the same counts as [`Recording::read_region`]'s, for callers that can do without a copy.
     fn plain_frame(&self, _frame: usize) -> Option<PlainFrame<'_>> {
         None
     }

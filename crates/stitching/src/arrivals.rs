@@ -95,10 +95,10 @@ mod tests {
 
     const INTERVAL_S: f64 = 4e-5;
 
-    /// Bodies that go 1 mm in 20 frames, each 10 frames after the one before, as a recording sees them that is late by so much.
-    fn seen(rows: std::ops::Range<usize>, late_s: f64, n_frames: usize) -> Vec<Displacement> {
+    /// Bodies that go 1 mm in 20 frames, each 10 frames after the one before, as a recording sees them whose trigger leads by so much.
+    fn seen(rows: std::ops::Range<usize>, lead_s: f64, n_frames: usize) -> Vec<Displacement> {
         let x_m = |row: usize, k: usize| {
-            let since = (k as f64 - 60.0 - 10.0 * row as f64) - late_s / INTERVAL_S;
+            let since = (k as f64 - 60.0 - 10.0 * row as f64) - lead_s / INTERVAL_S;
             1e-3 * (since / 20.0).clamp(0.0, 1.0)
         };
         let samples = |row| (0..n_frames).map(|k| Some(Estimate::new(x_m(row, k), 1e-6))).collect();
@@ -107,14 +107,14 @@ mod tests {
 
     fn found(recordings: &[(std::ops::Range<usize>, f64, usize)]) -> Vec<f64> {
         let displacements: Vec<_> =
-            recordings.iter().map(|(rows, late_s, n)| seen(rows.clone(), *late_s, *n)).collect();
+            recordings.iter().map(|(rows, lead_s, n)| seen(rows.clone(), *lead_s, *n)).collect();
         let times_s: Vec<f64> = (0..200).map(|k| INTERVAL_S * f64::from(k)).collect();
         let times_s: Vec<&[f64]> = recordings.iter().map(|(_, _, n)| &times_s[..*n]).collect();
         starting_offsets_s(&displacements, &times_s, INTERVAL_S)
     }
 
     #[test]
-    fn a_view_that_is_triggered_late_starts_late_through_the_body_that_it_shares() {
+    fn a_view_that_is_triggered_lead_starts_late_through_the_body_that_it_shares() {
         let offsets_s = found(&[(0..4, 0.0, 200), (0..4, 0.0, 200), (3..7, 1e-3, 200), (3..7, 1e-3, 200)]);
         // A body moves evenly while it passes its level, so that each arrival is exact.
         for (offset_s, expected_s) in offsets_s.iter().zip([-5e-4, -5e-4, 5e-4, 5e-4]) {

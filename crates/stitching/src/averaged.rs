@@ -121,17 +121,17 @@ mod tests {
         let mut normal = move || -> f64 { StandardNormal.sample(&mut random) };
         (1..=5)
             .map(|trial| {
-                let (late_s, share) = (3e-5 * normal(), 1.0 + own * normal());
+                let (lead_s, share) = (3e-5 * normal(), 1.0 + own * normal());
                 let times_s: Vec<f64> = (-40..160).map(|frame| STEP_S * f64::from(frame)).collect();
                 let place =
-                    |t: &f64| Some(Estimate::new(0.02 + share * truth(t - late_s) + SIGMA * normal(), SIGMA));
+                    |t: &f64| Some(Estimate::new(0.02 + share * truth(t - lead_s) + SIGMA * normal(), SIGMA));
                 let position_m = times_s.iter().map(place).collect();
                 let recording = format!("trial {trial}");
                 let alignment = Alignment {
                     recording: recording.clone(),
                     view: 1,
                     trial,
-                    trigger_offset_s: Estimate::new(late_s, 0.0),
+                    trigger_offset_s: Estimate::new(lead_s, 0.0),
                     drive_deviation: Estimate::new(0.0, 0.0),
                     scatter_ratio: 1.0,
                 };

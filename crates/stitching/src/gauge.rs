@@ -1,8 +1,8 @@
 //! What the readings of a free chain leave open, and how the impact decides it.
 //!
 //! Readings are unchanged when drives and offsets are exchanged for `s' = alpha s + gamma s^2` and `tau' = tau - beta s - delta
-//! s^2`, because each body's response may take up the difference: a later trigger and a drive that delays every body look
-//! alike. What holds is that the first body starts at the impact and in proportion to the drive, so that at its onset S = X
+//! s^2`, because each body's response may take up the difference: an earlier trigger and a drive that delays every body
+//! look alike. What holds is that the first body starts at the impact and in proportion to the drive, so that at its onset S = X
 //! and Q = 0. The mean motion over all drives does not depend on alpha, gamma and delta to second order in s; on beta it does,
 //! by beta times the mean square of s, a time. So alpha and beta are exchanged, while gamma and delta follow the prior of the
 //! curvatures, Q = S - X, which holds at the alpha and beta found (an exchange by noisy values would leave errors of third order).

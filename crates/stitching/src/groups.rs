@@ -28,7 +28,7 @@ pub(crate) fn first_body(observations: &[Observation], group: &[usize]) -> Optio
 const FIRM_SHARE: f64 = 0.5;
 
 /// Observations without the tracks of bodies that left the picture early, where others saw them longer: a body's onset looks alike
-/// under a later trigger and a weaker drive, so that it hardly tells them apart.
+/// under an earlier trigger and a weaker drive, so that it hardly tells them apart.
 pub(crate) fn without_glimpses(observations: &[Observation]) -> Vec<Observation> {
     let farthest_m = |body: usize| {
         let tracks = observations.iter().flat_map(seen_tracks).filter(|track| track.body == body);

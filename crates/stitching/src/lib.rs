@@ -36,12 +36,13 @@
 //! use chainwave_measurement::{BodyTrack, Estimate, Observation};
 //! use chainwave_stitching::{Settings, merge};
 //!
-//! // Three trials of one body, which starts at the trigger and is seen every 0.1 ms to a micrometre; one trial triggers 20 us late.
-//! let trial = |trial: u32, late_s: f64| {
+//! // Three trials of one body, which starts at the trigger and is seen every 0.1 ms to a micrometre; one trial triggers 20 us early,
+//! // so that its stamps are late by as much.
+//! let trial = |trial: u32, lead_s: f64| {
 //!     let frames = -20..60;
 //!     let times_s: Vec<f64> = frames.clone().map(|frame| f64::from(frame) * 1e-4).collect();
 //!     let noise = |frame: i32| 1e-6 * (f64::from(frame * (trial as i32 + 4) * 37 % 11) / 3.2);
-//!     let moved_m = |time_s: &f64| 2.0 * (time_s - late_s).max(0.0).powi(2) / 1e-3;
+//!     let moved_m = |time_s: &f64| 2.0 * (time_s - lead_s).max(0.0).powi(2) / 1e-3;
 //!     let read = |(time_s, frame)| Some(Estimate::new(moved_m(time_s) + noise(frame), 1e-6));
 //!     let position_m = times_s.iter().zip(frames).map(read).collect();
 //!     let bodies = vec![BodyTrack { body: 1, position_m }];

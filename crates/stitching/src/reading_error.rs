@@ -17,7 +17,7 @@ impl RowError {
     }
 }
 
-/// An error row by row on a time base, each recording read as much later as its trigger is.
+/// An error row by row on a time base, each recording read as much later as its trigger is earlier.
 pub(crate) fn on_time_base(
     error: &ReadingError,
     observations: &[Observation],

@@ -12,7 +12,7 @@
 //!   Requests are parsed by the library `httparse`; their sizes, times and number are bounded here (`http`), since servers that were looked
 //!   at allocate what a request announces before anybody knows who sends it.
 //! - **Nothing is overwritten in silence.** Points are written under a temporary name, and take the place of others only if asked (`points`).
-//! - **Readings are reviewed** in the order that somebody else gives, and corrections are handed to who keeps them (`review`), from a list
+//! - **Readings are reviewed** in the order that somebody else gives, and corrections are handed to whoever keeps them (`review`), from a list
 //!   that nobody changed meanwhile.
 //! - **The page is one file** of HTML, CSS and JavaScript without a framework, that asks nothing of any other machine (`page`).
 //!

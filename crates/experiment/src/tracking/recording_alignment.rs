@@ -30,7 +30,7 @@ impl RecordingAlignments {
         Rule {
             question: "what trigger offsets and drives are taken from",
             text: "the chain model's impacts and strikers while it explains the tracks (with what they ask for beyond the stated model), else \
-                   the first body's onset, which needs no model: to the rest of the motion a later trigger and a drive that delays every \
+                   the first body's onset, which needs no model: to the rest of the motion an earlier trigger and a drive that delays every \
                    body look alike"
                 .into(),
             level: None,
