@@ -152,3 +152,28 @@ fn the_reference_chain_is_measured() {
         assert!(out.join("figures/strain-map.png").exists());
     }
 }
+
+#[test]
+fn a_rest_that_ends_in_the_motion_is_told_and_one_that_never_ends_is_refused() {
+    let folder = TempDir::new().expect("a temporary folder can be made");
+    columns(folder.path(), "one.csv", 0.0);
+    let out = folder.path().join("out");
+    let resting_until = |rest_until_s: &str| {
+        let rest = OF_COLUMNS.replace("rest_until_s = -0.025", &format!("rest_until_s = {rest_until_s}"));
+        mapping(folder.path(), &["one.csv"], &rest)
+    };
+    let warnings = |results: &Value| results["warnings"].to_string();
+    // Body 1 has gone half of its way at 0; at -0.03 s it is 0.1 um off, two of its sigmas.
+    let quiet = warnings(&imported(&resting_until("-0.03"), &out));
+    assert!(!quiet.contains("should rest"), "{quiet}");
+    let moving = warnings(&imported(&resting_until("0.002"), &out));
+    assert!(
+        moving.contains("one.csv: body 1 moves by") && moving.contains("before the rest ends at 2.000 ms"),
+        "{moving}"
+    );
+    let endless = fail(chainwave().arg("import").arg(resting_until("1.0")).arg("--out").arg(&out), 2);
+    assert!(endless.contains("time.rest_until_s") && endless.contains("the last sample"), "{endless}");
+    let twice = mapping(folder.path(), &["one.csv", "one.csv"], OF_COLUMNS);
+    let twice = fail(chainwave().arg("import").arg(twice).arg("--out").arg(&out), 2);
+    assert!(twice.contains("one.csv twice"), "{twice}");
+}

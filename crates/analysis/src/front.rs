@@ -1,6 +1,6 @@
 //! The leading pulse in each gap: peak time, peak strain and leading edge.
 
-use chainwave_measurement::Estimate;
+use chainwave_measurement::{Estimate, median};
 
 use crate::check::{check_fraction, check_positive};
 use crate::local::{LocalPolynomial, MIN_HALF_WINDOW, interpolate, smooth};
@@ -231,9 +231,8 @@ pub(crate) fn time_at(map: &StrainMap, place: f64) -> f64 {
 
 /// Median standard uncertainty of a gap's samples.
 pub(crate) fn typical_sigma(map: &StrainMap, gap: usize) -> f64 {
-    let mut sigmas: Vec<f64> = map.strain.row(gap - 1).iter().flatten().map(|strain| strain.sigma).collect();
-    let middle = sigmas.len() / 2;
-    if sigmas.is_empty() { 0.0 } else { *sigmas.select_nth_unstable_by(middle, f64::total_cmp).1 }
+    let sigmas = map.strain.row(gap - 1).iter().flatten().map(|strain| strain.sigma).collect();
+    median(sigmas).unwrap_or(0.0)
 }
 
 /// The series averaged over as many samples as bring the noise level down to [`CALM_NOISE`] of its maximum, but no more than

@@ -266,7 +266,7 @@ pub fn half_width_times(
 ) -> Vec<f64> {
     let is_defined = |t_s: &f64| {
         profile.peak_and_half(*t_s).is_some_and(|(peak, half)| {
-            peak >= first_gap as f64 && reflection.is_none_or(|echo| *t_s < echo.arrival_s(half))
+            peak >= first_gap as f64 && reflection.is_none_or(|reflection| *t_s < reflection.arrival_s(half))
         })
     };
     map.times_s.iter().copied().filter(is_defined).collect()

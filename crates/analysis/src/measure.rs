@@ -224,7 +224,7 @@ impl<'a> Plan<'a> {
         };
         let velocity_gaps = match (&settings.velocity_gaps, &reflection) {
             (Some(stated), _) => Ok(stated.clone()),
-            (None, Ok(echo)) => Ok(undisturbed_gaps(&pulses, echo.as_ref(), settings.first_gap)),
+            (None, Ok(reflection)) => Ok(undisturbed_gaps(&pulses, reflection.as_ref(), settings.first_gap)),
             (None, Err(untold)) => {
                 // What has no speed anyway says why not.
                 let any = settings.first_gap..=pulses.len();
@@ -232,9 +232,9 @@ impl<'a> Plan<'a> {
             }
         };
         let speed = velocity_gaps.clone().and_then(|gaps| fit_speed(&pulses, &settings.spacing, &gaps));
-        let times_s = |(speed, echo): (SpeedFit, &Option<Reflection>)| {
+        let times_s = |(speed, reflection): (SpeedFit, &Option<Reflection>)| {
             let profile = MovingProfile::new(map, &pulses, speed.velocity_m_per_s);
-            half_width_times(map, &profile, echo.as_ref(), settings.first_gap)
+            half_width_times(map, &profile, reflection.as_ref(), settings.first_gap)
         };
         let half_width_times_s = speed.ok().zip(reflection.as_ref().ok()).map_or_else(Vec::new, times_s);
         let resonance = Maximum::of(&tail_spectrum(map, &pulses));

@@ -194,9 +194,10 @@ pub fn undisturbed_gaps(
 ) -> RangeInclusive<usize> {
     let mut last: Option<&LeadingPulse> = None;
     for pulse in pulses.iter().flatten().filter(|pulse| pulse.gap >= first_gap) {
-        let echo_s = reflection.map_or(f64::INFINITY, |echo| echo.arrival_s(pulse.gap as f64));
+        let arrival_s = reflection.map_or(f64::INFINITY, |reflection| reflection.arrival_s(pulse.gap as f64));
         let is_same = last.is_none_or(|last| pulse.peak_strain.abs() >= LEAST_KEPT * last.peak_strain.abs());
-        if pulse.peak_time_s >= echo_s || !is_same || last.is_some_and(|last| is_another_hump(last, pulse)) {
+        if pulse.peak_time_s >= arrival_s || !is_same || last.is_some_and(|last| is_another_hump(last, pulse))
+        {
             break;
         }
         last = Some(pulse);

@@ -56,7 +56,7 @@ pub(crate) use self::view::View;
 pub(crate) use self::watch::Watch;
 
 /// What stands below the commands.
-const EXIT_CODES: &str = "\
+const AFTER_HELP: &str = "\
 Exit codes:
   0  all done
   1  some inputs failed, each named on standard error, and the rest is done; for check: there are warnings
@@ -71,7 +71,7 @@ First steps:
 
 /// From high-speed recordings of an impacted chain to its wave, every number with its uncertainty.
 #[derive(Debug, Parser)]
-#[command(version, max_term_width = 100, after_help = EXIT_CODES)]
+#[command(version, max_term_width = 100, after_help = AFTER_HELP)]
 pub(crate) struct Cli {
     /// What to do.
     #[command(subcommand)]

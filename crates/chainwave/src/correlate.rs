@@ -10,7 +10,7 @@ use ndarray::Array2;
 
 use crate::choices::{Choices, ChosenSize, file_name};
 use crate::cli;
-use crate::closing::{PointReadings, all_lost, closing_json, closing_line};
+use crate::closing_line::{PointReadings, all_lost, closing_json, closing_line};
 use crate::error::Error;
 use crate::matching;
 use crate::outcome::Outcome;

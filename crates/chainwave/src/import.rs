@@ -14,6 +14,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use chainwave_analysis::{FrontSettings, MeasureSettings, Measurement, measure};
+use chainwave_experiment::first_to_leave_rest;
 use chainwave_measurement::{BodyTrack, Observation};
 use chainwave_stitching::{Settings, Stitched, merge, outliers};
 use serde_json::json;
@@ -47,14 +48,17 @@ pub(crate) fn import(arguments: &cli::Import) -> Result<Outcome, Error> {
     if observations.is_empty() {
         return Err(Error::nothing_left("trials", mapping.trials.len()));
     }
-    let settings =
-        Settings { rest_until_s: mapping.time.rest_until_s, ..Settings::new(mapping.chain.n_bodies, 0.0) };
+    let rest_until_s = mapping.time.rest_until_s;
+    check_rest(&arguments.mapping, &observations, rest_until_s)?;
+    let settings = Settings { rest_until_s, ..Settings::new(mapping.chain.n_bodies, 0.0) };
     let left_out = outliers(&observations, &settings)?;
     for outlier in left_out.iter().rev() {
         observations.remove(outlier.index);
         outcome.fail(format!("{} was left out: {}", outlier.recording, outlier.evidence));
     }
-    let stitched = merge(&observations, &settings)?;
+    let of_rest = observations.iter().filter_map(|one| motion_at_rest(one, rest_until_s));
+    let mut stitched = merge(&observations, &settings)?;
+    stitched.warnings.extend(of_rest);
     let measurement = measured(&mapping, &stitched)?;
     make_folder(&arguments.out)?;
     write_measurement(&arguments.out, &stitched, None, &measurement)?;
@@ -62,6 +66,34 @@ pub(crate) fn import(arguments: &cli::Import) -> Result<Outcome, Error> {
     write_json(&arguments.out.join("results.json"), &results(&stitched, &measurement))?;
     print(&mapping.name, &stitched, &measurement);
     Ok(outcome)
+}
+
+/// Refuses a rest that no trial outlasts: nothing would be left to measure.
+fn check_rest(mapping: &Path, observations: &[Observation], rest_until_s: f64) -> Result<(), Error> {
+    let lasts_s =
+        observations.iter().filter_map(|one| one.times_s.last()).fold(f64::NEG_INFINITY, |a, b| a.max(*b));
+    match rest_until_s < lasts_s {
+        true => Ok(()),
+        false => {
+            let expected = format!("a time before the last sample, at {lasts_s} s");
+            Err(Error::place(mapping, "time.rest_until_s", &expected, &format!("{rest_until_s} s")))
+        }
+    }
+}
+
+/// What is to be said of a trial whose bodies move while they should rest.
+fn motion_at_rest(observation: &Observation, rest_until_s: f64) -> Option<String> {
+    let left = first_to_leave_rest(observation, rest_until_s)?;
+    Some(format!(
+        "{}: body {} moves by {:+.3e} m while the chain should rest; it begins at about {:.3} ms, before the rest ends at {:.3} ms: displacements count \
+         from places that bodies have already left (hint: a time.rest_until_s before {:.2e})",
+        observation.recording,
+        left.body,
+        left.by_m,
+        1e3 * left.onset_s,
+        1e3 * rest_until_s,
+        left.onset_s
+    ))
 }
 
 /// One trial's displacements on its own time base.

@@ -18,7 +18,7 @@ use sha2::{Digest, Sha256};
 use crate::error::Error;
 use crate::output::{make_folder, remove_unfinished, write_text, write_whole};
 use crate::table;
-use crate::tracks_read::tracks_of;
+use crate::tracks_table::tracks_of;
 
 /// Keeps tables in a folder, and tracks as such tables.
 pub(crate) struct KeptFolder {

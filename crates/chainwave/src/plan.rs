@@ -7,10 +7,10 @@ use serde_json::{Map, Value, json};
 
 use crate::cli;
 use crate::error::Error;
-use crate::limits::limits_as_json;
 use crate::on_demand;
 use crate::outcome::Outcome;
 use crate::parallel::threads;
+use crate::plan_json::limits_as_json;
 use crate::progress;
 use crate::run::warnings_as_json;
 use crate::terminal::{answer, is_json, say};

@@ -6,9 +6,9 @@ use clap::CommandFactory;
 use clap_mangen::Man;
 
 use crate::cli::{Cli, Completions, ManPage};
+use crate::command_pages;
 use crate::error::Error;
 use crate::outcome::Outcome;
-use crate::reference;
 
 const NAME: &str = "chainwave";
 
@@ -24,7 +24,7 @@ pub(crate) fn man(arguments: &ManPage) -> Result<Outcome, Error> {
     let mut program = Cli::command();
     program.build();
     if arguments.markdown {
-        return print(reference::markdown(&program).as_bytes());
+        return print(command_pages::markdown(&program).as_bytes());
     }
     let page = match &arguments.command {
         None => Man::new(program),

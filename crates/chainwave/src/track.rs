@@ -15,7 +15,7 @@ use serde_json::json;
 
 use crate::choices::{Choices, ChosenSize, file_name};
 use crate::cli;
-use crate::closing::{PointReadings, all_lost, closing_json, closing_line};
+use crate::closing_line::{PointReadings, all_lost, closing_json, closing_line};
 use crate::error::Error;
 use crate::matching;
 use crate::on_demand;

@@ -23,7 +23,7 @@ use crate::parallel::threads;
 use crate::terminal::{complain, is_json};
 
 /// Longest sleep without looking whether the user asked to stop.
-const NAP: Duration = Duration::from_millis(50);
+const POLL_INTERVAL: Duration = Duration::from_millis(50);
 
 /// Looks at every recording of a folder, those that are there and those that come, until Ctrl-C.
 pub(crate) fn watch(arguments: &cli::Watch) -> Result<Outcome, Error> {
@@ -72,7 +72,7 @@ fn sleep(duration: Duration) {
         if left.is_zero() {
             return;
         }
-        std::thread::sleep(left.min(NAP));
+        std::thread::sleep(left.min(POLL_INTERVAL));
     }
 }
 

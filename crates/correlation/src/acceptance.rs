@@ -5,6 +5,8 @@
 //! in the frames before, is believed at once. Any other match is held against its rivals: the places around it that resemble the subset
 //! most, each matched as it was itself. It is right where it resembles more than chance allows and none of them as much.
 
+use std::sync::OnceLock;
+
 use chainwave_measurement::{Lost, Recording, Region};
 
 use crate::middle::is_bare_in_middle;
@@ -13,7 +15,7 @@ use crate::search::chance::{
     RARE, chance_zncc, chance_zncc_by, correlation_length_px, expected_zncc, fisher,
 };
 use crate::search::patch::Patch;
-use crate::search::rivals::{Own, RIVAL_SHARE, Sighting, best_rival};
+use crate::search::rivals::{Own, PlaceMatch, RIVAL_SHARE, best_rival};
 use crate::search::template::Template;
 use crate::search::{area_around, region_around};
 use crate::warp::Warp;
@@ -30,6 +32,8 @@ const N_NEAR: f64 = 8.0;
 const BEYOND_NOISE: f64 = 5.5;
 /// Rivals that are matched.
 const N_RIVALS: usize = 3;
+/// Places of the reference, the most alike first, that a subset which is searched for may be mistaken for.
+const MOST_TWINS: usize = 64;
 /// Distance of the pixels next to one.
 const NEXT_PX: f64 = 1.5;
 /// Correlation of a subset that shows no more of itself than of something else.
@@ -46,7 +50,7 @@ const BESIDE: f64 = 0.5;
 const BESIDE_RAD: [f64; 4] = [0.2, -0.2, 0.45, -0.45];
 /// Share of the correlation length by which a deformation may move the rim of a subset, or a step its middle, and change nothing that its texture tells: its correlation with itself
 /// falls by two per cent (a Gaussian speckle, exp(-d^2 / 2 s^2) with 2 sqrt(pi) s for that length, over a rectangle).
-const HARDLY: f64 = 0.1;
+const UNCHANGED_SHARE: f64 = 0.1;
 /// Matches closer than this are the same.
 const APART_PX: f64 = 0.5;
 /// Largest part of a gradient under which the subset is searched for as it is.
@@ -74,8 +78,9 @@ pub(crate) fn is_out_of_place(subset: &PreparedSubset, zncc: f64, neighbours: f6
 pub(crate) enum Origin {
     /// From where, and how deformed, the frames before led to expect it.
     Expected(Warp),
-    /// As the best of so many places and deformations.
-    Searched { n_trials: usize, reach_px: usize },
+    /// As the best of so many places and deformations, of a subset that may be at one of two places: where it was last, and where it would
+    /// have gone since.
+    Searched { n_trials: usize, reach_px: usize, may_be_at_px: [[f64; 2]; 2] },
 }
 
 /// A place that resembles a subset in its own reference.
@@ -107,6 +112,10 @@ pub(crate) struct Standard {
     period_px: Option<f64>,
     /// The places where it does.
     alike: Vec<Alike>,
+    /// The places anywhere in the reference where it does, once a search asks for them.
+    twins: OnceLock<Vec<Alike>>,
+    /// The frames of the reference.
+    frames: ReferenceFrames,
     /// What noise may change a difference of correlations by.
     noise: f64,
     own_px: f64,
@@ -126,6 +135,8 @@ impl Standard {
             repeats: 0.0,
             period_px: None,
             alike: Vec::new(),
+            twins: OnceLock::new(),
+            frames: frames.clone(),
             noise: BEYOND_NOISE * (2.0 / subset.n_used as f64).sqrt(),
             own_px: correlation_length_px(subset),
             is_bare: is_bare_in_middle(subset),
@@ -133,7 +144,8 @@ impl Standard {
             usual: (0.0, 0.0),
         };
         if standard.acceptance == Acceptance::ByEvidence {
-            let repeats = standard.repeats_in(recording, frames, subset).unwrap_or_default();
+            let reach_px = subset.settings.search_radius_px;
+            let repeats = standard.repeats_in(recording, subset, reach_px, usize::MAX).unwrap_or_default();
             standard.repeats = repeats.best;
             standard.period_px = repeats.period_px;
             standard.alike = repeats.alike;
@@ -161,29 +173,29 @@ impl Standard {
         &self.patch
     }
 
-    /// How the places around the subset resemble it.
+    /// How the places so far around the subset resemble it, at most so many of them.
     fn repeats_in(
         &self,
         recording: &dyn Recording,
-        frames: &ReferenceFrames,
         subset: &PreparedSubset,
+        reach_px: usize,
+        at_most: usize,
     ) -> Option<Repeats> {
-        let reach_px = subset.settings.search_radius_px;
         let region = region_around(recording, subset, subset.centre_px, reach_px)?;
-        let pixels = mean_of_frames(recording, region, frames.range()).ok()?;
+        let pixels = mean_of_frames(recording, region, self.frames.range()).ok()?;
         let window = Window::new(region, &pixels, subset.settings.interpolation).ok()?;
         let area = SearchArea::new(region, pixels, subset.mean as f32);
         let mut workspace = Workspace::default();
         let own_px = subset.centre_px;
         let apart_px = |peak: &Found| (peak.place_px[0] - own_px[0]).hypot(peak.place_px[1] - own_px[1]);
-        let all = area.peaks_elsewhere(&Template::upright(subset), own_px, NEXT_PX, usize::MAX);
+        let all = area.peaks_elsewhere(&Template::upright(subset), own_px, NEXT_PX, at_most);
         let alike = all.iter().filter(|peak| peak.zncc >= RIVAL_SHARE);
         let period_px = alike.map(apart_px).min_by(f64::total_cmp);
         let mut peaks = all;
         peaks.retain(|peak| apart_px(peak) > self.own_px);
         let mut between_pixels = |place_px| {
             let found = subset.solve(&window, Warp::at(place_px), &mut workspace).ok()?;
-            Some(Sighting { warp: found.warp(), zncc: found.position.zncc })
+            Some(PlaceMatch { warp: found.warp(), zncc: found.position.zncc })
         };
         let own = Own { place_px: own_px, zncc: 1.0, length_px: self.own_px };
         let of_peak = |peak: &Found| best_rival(own, std::slice::from_ref(peak), &mut between_pixels);
@@ -199,7 +211,12 @@ impl Standard {
 
     /// Whether a match that was searched for may be one of the places that the reference shows to be alike, while the frame does not show the
     /// one where the subset then is: it stands at the frame's rim or beyond, where nothing is held against the match.
-    fn may_stand_beyond(&self, recording: &dyn Recording, subset: &PreparedSubset, found: Sighting) -> bool {
+    fn may_stand_beyond(
+        &self,
+        recording: &dyn Recording,
+        subset: &PreparedSubset,
+        found: PlaceMatch,
+    ) -> bool {
         let frame = Region::whole(recording.info().width_px, recording.info().height_px);
         let flat = Warp { curvature: [0.0; 6], ..found.warp };
         let of_found = fisher(found.zncc);
@@ -214,6 +231,29 @@ impl Standard {
             // What was found turned may be turned, or be a pattern that is alike when it is turned.
             is_hidden(flat.apply([-u, -v])) || is_hidden([x - u, y - v])
         })
+    }
+
+    /// Whether a match that was searched for may be something else that the reference shows to be alike, anywhere in it, while the subset itself
+    /// is hidden: it lies nearer to where that would be, had it moved as the subset did, than to where the subset may be.
+    fn may_be_a_twin(
+        &self,
+        recording: &dyn Recording,
+        subset: &PreparedSubset,
+        found: PlaceMatch,
+        may_be_at_px: [[f64; 2]; 2],
+    ) -> bool {
+        let info = recording.info();
+        let twins = self.twins.get_or_init(|| {
+            let reach_px = info.width_px.max(info.height_px);
+            self.repeats_in(recording, subset, reach_px, MOST_TWINS).unwrap_or_default().alike
+        });
+        let of_found = fisher(found.zncc);
+        let [x, y] = found.warp.position_px;
+        let away_px = |[u, v]: [f64; 2]| {
+            may_be_at_px.iter().map(|at| (x - at[0] - u).hypot(y - at[1] - v)).fold(f64::INFINITY, f64::min)
+        };
+        let is_as_alike = |twin: &&Alike| of_found < twin.z + self.noise;
+        twins.iter().filter(is_as_alike).any(|twin| away_px(twin.offset_px) < away_px([0.0; 2]))
     }
 
     /// Why the subset is lost that is not found for a reason: what resembles it too little, of a point on bare ground, says that nothing is to
@@ -240,22 +280,23 @@ impl Standard {
     ///
     /// # Errors
     /// [`Lost::LowCorrelation`] where chance may give as much, [`Lost::NotConverged`] where an iteration from close by ends in a better match
-    /// close by, [`Lost::Ambiguous`] where another place resembles the subset as well, or may do so beyond the frame's rim.
+    /// close by, [`Lost::Ambiguous`] where another place resembles the subset as well, or may do so beyond the frame's rim, or did so in the
+    /// reference and may be what was found.
     pub(crate) fn verify(
         &self,
         recording: &dyn Recording,
         frame: usize,
         subset: &PreparedSubset,
-        found: Sighting,
+        found: PlaceMatch,
         origin: Origin,
-        again: impl FnMut(Warp) -> Option<Sighting>,
+        again: impl FnMut(Warp) -> Option<PlaceMatch>,
     ) -> Result<(), Lost> {
         let (n_trials, p, reach_px) = match (self.acceptance, origin) {
             (Acceptance::Zncc(least), _) => {
                 return if found.zncc >= least { Ok(()) } else { Err(Lost::LowCorrelation) };
             }
             (_, Origin::Expected(_)) => (N_NEAR, RARE_WHERE_EXPECTED, subset.settings.search_radius_px),
-            (_, Origin::Searched { n_trials, reach_px }) => (n_trials as f64, RARE, reach_px),
+            (_, Origin::Searched { n_trials, reach_px, .. }) => (n_trials as f64, RARE, reach_px),
         };
         let by_chance = match origin {
             Origin::Expected(start) if self.is_deformed_as(subset, &start, &found.warp) => {
@@ -271,12 +312,15 @@ impl Standard {
         }
         // Where it is not expected, what resembles the subset much less than the subset did itself is more likely a part of something else than
         // a subset that changed while it was out of sight.
-        let is_searched = matches!(origin, Origin::Searched { .. });
-        if is_searched && fisher(found.zncc) < SEARCHED_SHARE * self.usual.0 {
-            return Err(Lost::LowCorrelation);
-        }
-        if is_searched && self.may_stand_beyond(recording, subset, found) {
-            return Err(Lost::Ambiguous);
+        if let Origin::Searched { may_be_at_px, .. } = origin {
+            if fisher(found.zncc) < SEARCHED_SHARE * self.usual.0 {
+                return Err(Lost::LowCorrelation);
+            }
+            if self.may_stand_beyond(recording, subset, found)
+                || self.may_be_a_twin(recording, subset, found, may_be_at_px)
+            {
+                return Err(Lost::Ambiguous);
+            }
         }
         let mut again = again;
         if self.is_beside_a_better_one(found, &mut again) {
@@ -297,7 +341,7 @@ impl Standard {
     /// Whether a subset lies so near to where it was expected that its texture would hardly tell.
     fn is_placed_as(&self, expected: &Warp, found: &Warp) -> bool {
         let [x, y] = [0, 1].map(|axis| found.position_px[axis] - expected.position_px[axis]);
-        x.hypot(y) < HARDLY * self.own_px
+        x.hypot(y) < UNCHANGED_SHARE * self.own_px
     }
 
     /// Whether a subset is deformed so nearly as was expected that its texture would hardly tell: nothing was made to resemble it by deforming it.
@@ -307,7 +351,7 @@ impl Standard {
         let moved_px = |k: usize| (found.gradient[k] - expected.gradient[k]).abs() * reaches_px[k];
         let bent_px = |curvature: &f64| curvature.abs() * half_px[0].max(half_px[1]).powi(2);
         let largest_px = (0..4).map(moved_px).chain(found.curvature.iter().map(bent_px)).fold(0.0, f64::max);
-        largest_px < HARDLY * self.own_px
+        largest_px < UNCHANGED_SHARE * self.own_px
     }
 
     /// Whether iterations from starts around a match, a little off or turned, settle in another place with a better correlation.
@@ -315,8 +359,8 @@ impl Standard {
     /// than chance does.
     fn is_beside_a_better_one(
         &self,
-        found: Sighting,
-        again: &mut impl FnMut(Warp) -> Option<Sighting>,
+        found: PlaceMatch,
+        again: &mut impl FnMut(Warp) -> Option<PlaceMatch>,
     ) -> bool {
         let [x, y] = found.warp.position_px;
         let away_px = BESIDE * self.own_px;

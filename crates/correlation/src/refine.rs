@@ -14,8 +14,8 @@ use chainwave_measurement::{Estimate, Lost, Position, Recording, Region, Subset,
 use crate::acceptance::Standard;
 use crate::refine::calibration::{Calibration, Judgement, judge};
 use crate::search::area::SearchArea;
-use crate::search::rivals::Sighting;
-use crate::track::find::{Locate, Quest};
+use crate::search::rivals::PlaceMatch;
+use crate::track::find::{FrameSearch, Locate};
 use crate::track::matcher::window_around;
 use crate::track::predict::History;
 use crate::track::together::without_collisions;
@@ -120,10 +120,10 @@ impl<R: Refine> RefinedSubset<R> {
         let target = self.target.as_mut().map_err(|reason| *reason)?;
         let Target { subset, method, calibration, standard } = target;
         let (window, workspace) = (&mut self.window, &mut self.workspace);
-        let (history, is_reference) = (&self.history, reference.contains(&frame));
-        let quest = Quest { recording, subset, standard, history, reason: self.reason, is_reference };
+        let (history, is_certain) = (&self.history, reference.contains(&frame));
+        let search = FrameSearch { recording, subset, standard, history, reason: self.reason, is_certain };
         let (place, found) =
-            quest.find(frame, &mut Refined { recording, subset, method, window, workspace })?;
+            search.find(frame, &mut Refined { recording, subset, method, window, workspace })?;
         // The whole reference resembles itself more than any frame does.
         if *reference != (frame..frame + 1) {
             standard.note(found.zncc);
@@ -168,8 +168,8 @@ impl<R: Refine> Locate for Refined<'_, R> {
         Ok((place, found))
     }
 
-    fn seen((place, found): &Self::Found) -> Sighting {
-        Sighting { warp: Warp::at(*place), zncc: found.zncc }
+    fn seen((place, found): &Self::Found) -> PlaceMatch {
+        PlaceMatch { warp: Warp::at(*place), zncc: found.zncc }
     }
 }
 

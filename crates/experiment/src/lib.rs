@@ -99,7 +99,7 @@ pub use recordings::unreadable_frames::unreadable_frames;
 pub use recordings::view::{PlannedView, View, first_view, planned_view, unreadable};
 pub use results::Results;
 pub use review::{Doubt, DoubtfulReading, ReviewedRecording, review_queue};
-pub use sanity::{check, check_share};
+pub use sanity::{LeftRest, check, check_share, first_to_leave_rest};
 pub use setup::{HeldRecordings, Setup};
 pub use summaries::{RecordingSummary, SimulationSummary};
 pub use tables::field::field_table;

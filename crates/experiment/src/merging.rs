@@ -13,7 +13,7 @@ pub(crate) mod stabilisation;
 
 use std::num::NonZero;
 
-use chainwave_measurement::ReadingError;
+use chainwave_measurement::SharedReadingError;
 use chainwave_stitching::{Assumption, FirstBody, Settings, merge};
 
 use crate::chain::stated_motion::StatedMotion;
@@ -44,7 +44,7 @@ pub(crate) struct Merged<'a> {
     /// By how much displacements may be too small, relative to themselves, as bodies move at an angle to the pictures' rows.
     pub(crate) shortening: f64,
     /// The errors that their readings share.
-    pub(crate) reading_errors: Vec<ReadingError>,
+    pub(crate) reading_errors: Vec<SharedReadingError>,
     /// What was taken to be so.
     pub(crate) assumptions: Vec<Assumption>,
 }

@@ -26,6 +26,7 @@ use std::num::NonZero;
 use chainwave_measurement::map_in_parallel;
 
 pub(crate) use self::light::{MOVING_LIGHT, moving_light};
+pub use self::rest::{LeftRest, first_to_leave_rest};
 pub(crate) use self::rest::{MOTION_AT_REST, left_rest};
 use self::resting::resting_views;
 pub(crate) use self::shutter::rolling_shutter;

@@ -33,7 +33,7 @@ const ROUNDING: f64 = 1e-12;
 const STALLED_ROUNDS: usize = 8;
 /// A search that may be given up ([`Stop::worth`]) is, where so many times what the next step promises is too little: a model may bend, and
 /// a step along it then promises less than the way brings.
-const PROMISES: f64 = 4.0;
+const GIVE_UP_FACTOR: f64 = 4.0;
 /// Rounds in a row that promise too little: the first one stands where the step before it was right.
 const POOR_ROUNDS: usize = 2;
 /// Minima whose sums of squares differ by less, in units of the noise's variance, are one.
@@ -204,7 +204,7 @@ fn descend<P: LeastSquares>(
         if stop.leads_to_known(here.chi_squared(), length2) {
             return Ok(Descent { at, here, last: None });
         }
-        let is_poor = PROMISES * length2 < here.chi_squared() - stop.worth;
+        let is_poor = GIVE_UP_FACTOR * length2 < here.chi_squared() - stop.worth;
         n_poor = if is_poor { n_poor + 1 } else { 0 };
         if n_poor == POOR_ROUNDS {
             return Err(Failure::GivenUp { rounds: round });

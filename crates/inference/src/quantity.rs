@@ -98,7 +98,7 @@ impl Quantity {
     }
 
     /// Whether pictures have it and the chain does not feel it.
-    pub(crate) fn is_of_pictures(self) -> bool {
+    pub fn is_of_pictures(self) -> bool {
         matches!(self, Self::Scale | Self::ScaleOfView(_))
     }
 

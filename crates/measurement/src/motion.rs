@@ -20,15 +20,15 @@ impl Trajectory {
     /// sample the bodies rest where they are at it; `None` after the last sample (and for a time that is not a number).
     ///
     /// The displacement's error is at most h^4/384 max|x''''| for samples h apart.
-    pub fn at(&self, time_s: f64) -> Option<Moment<'_>> {
-        Some(Moment { trajectory: self, instant: Instant::among(&self.times_s, time_s)? })
+    pub fn at(&self, time_s: f64) -> Option<TrajectoryAt<'_>> {
+        Some(TrajectoryAt { trajectory: self, instant: SampleWeights::among(&self.times_s, time_s)? })
     }
 }
 
 /// A time among the sample times of a motion: which samples stand around it, and how they add up to the motion there
 /// ([`Trajectory::at`]).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Instant {
+pub struct SampleWeights {
     /// The samples before and after.
     samples: [usize; 2],
     /// Weights of displacement and velocity before, displacement and velocity after.
@@ -37,7 +37,7 @@ pub struct Instant {
     slopes: [f64; 4],
 }
 
-impl Instant {
+impl SampleWeights {
     /// Of a time in seconds among increasing sample times; `None` after the last one.
     pub fn among(times_s: &[f64], time_s: f64) -> Option<Self> {
         let after = samples_until(times_s, time_s);
@@ -101,12 +101,12 @@ pub fn samples_until(times_s: &[f64], time_s: f64) -> usize {
 
 /// A [`Trajectory`] at one time.
 #[derive(Debug, Clone, Copy)]
-pub struct Moment<'a> {
+pub struct TrajectoryAt<'a> {
     trajectory: &'a Trajectory,
-    instant: Instant,
+    instant: SampleWeights,
 }
 
-impl Moment<'_> {
+impl TrajectoryAt<'_> {
     /// Displacement of a body (row of the trajectory) from rest, in metres.
     pub fn displacement_m(&self, row: usize) -> f64 {
         self.weigh(self.instant.weights, row)

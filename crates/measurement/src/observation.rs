@@ -48,9 +48,7 @@ pub(crate) fn proper_frames(times_s: &[f64]) -> Range<usize> {
 impl Observation {
     /// Interval between frames, in seconds: the median of the differences of the time stamps.
     pub fn frame_interval_s(&self) -> f64 {
-        let mut intervals: Vec<f64> = self.times_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        intervals.sort_by(f64::total_cmp);
-        intervals.get(intervals.len() / 2).copied().unwrap_or(f64::INFINITY)
+        median(self.times_s.windows(2).map(|pair| pair[1] - pair[0]).collect()).unwrap_or(f64::INFINITY)
     }
 
     /// The readings of one of its bodies before a time, such as the one until which all rests.

@@ -5,7 +5,7 @@
 //!
 //! - contact laws ([`Law`]) give force, energy and stiffness of one gap, each in a form that keeps its digits for any
 //!   overlap. What a chain's gaps hold is sorted by law once, and forces are computed for vectors of gaps, with the same bits
-//!   on every [`InstructionSet`]; a power law that all gaps share becomes a table, which costs a third of the formula;
+//!   on every [`InstructionSet`](chainwave_vectors::InstructionSet); a power law that all gaps share becomes a table, which costs a third of the formula;
 //! - the model turns positions and velocities into accelerations, and knows masses, dampers, the drive and the far end;
 //! - integrators ([`Method`]) know rates and forces only. Where a striker's one-sided contact opens or closes, the step is
 //!   cut at that instant, so that each step sees smooth forces and every order holds. Between them and the model stands the
@@ -73,7 +73,6 @@ pub use chain::{
     Stretch, StrikerMotion, UnitCell, Variations, ensemble, scan, simulate, simulate_with_friction,
     simulate_with_sensitivities,
 };
-pub use chainwave_vectors::InstructionSet;
 pub use contact::{Contact, Contacts, Law, LinearLaw, PowerLaw, TableLaw, Tension};
 pub use equations::{Chain, Drive, FarEnd, FarStriker, ImposedMotion, Striker};
 pub use error::MechanicsError;

@@ -21,7 +21,7 @@ pub struct Assumption {
 }
 
 /// On which chain the responses to the drive were looked at.
-const SOLVED: &str = "chain model of 12 and 26 hollow elliptical cylinders, strikes of 0.83 to 2.73 m/s";
+const SOLVED_ON: &str = "chain model of 12 and 26 hollow elliptical cylinders, strikes of 0.83 to 2.73 m/s";
 
 impl Settings {
     /// What is assumed of drives and of how bodies respond to them, of whatever chain.
@@ -98,7 +98,7 @@ impl Settings {
 
     /// On which chain the numbers of [`Settings::assumptions`] were looked at.
     pub fn assumed_from() -> &'static str {
-        SOLVED
+        SOLVED_ON
     }
 }
 

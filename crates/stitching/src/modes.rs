@@ -1,6 +1,6 @@
 //! Errors of the motion that many samples share: of drives, trigger offsets, places at rest, and of what priors stand in for.
 
-use chainwave_measurement::{ErrorModes, ErrorPattern, ErrorSource, ReadingError};
+use chainwave_measurement::{ErrorModes, ErrorPattern, ErrorSource, SharedReadingError};
 use nalgebra::{DMatrix, DVector};
 use ndarray::Array2;
 
@@ -183,7 +183,7 @@ impl AlignmentState<'_> {
     fn reading_directions(&self, field: &Fitted, errors: &AlignmentErrors) -> Vec<AlignmentDirection> {
         let shared = &self.settings.reading_errors;
         let response = &errors.exchange.errors * &errors.covariance;
-        let direction = |error: &ReadingError| {
+        let direction = |error: &SharedReadingError| {
             let rows = on_time_base(error, self.observations, &self.offsets_s, &self.times_s);
             let n = 2 * self.observations.len();
             if rows.is_empty() {

@@ -1,6 +1,6 @@
 //! Errors that readings share, on the time base of what is merged.
 
-use chainwave_measurement::{Estimate, Observation, ReadingError};
+use chainwave_measurement::{Estimate, Observation, SharedReadingError};
 
 use crate::resample::Resampling;
 
@@ -19,7 +19,7 @@ impl RowError {
 
 /// An error row by row on a time base, each recording read as much later as its trigger is earlier.
 pub(crate) fn on_time_base(
-    error: &ReadingError,
+    error: &SharedReadingError,
     observations: &[Observation],
     offsets_s: &[f64],
     times_s: &[f64],

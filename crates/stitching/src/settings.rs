@@ -2,7 +2,7 @@
 
 use std::num::NonZero;
 
-use chainwave_measurement::ReadingError;
+use chainwave_measurement::SharedReadingError;
 
 use crate::response_sizes::ResponseSizes;
 use crate::stated_response::StatedResponse;
@@ -42,9 +42,9 @@ pub struct Settings {
     /// empty where no chain is stated.
     pub stated_responses: Vec<StatedResponse>,
     /// Errors that readings have in common, beside the noise in their sigmas.
-    pub reading_errors: Vec<ReadingError>,
+    pub reading_errors: Vec<SharedReadingError>,
     /// Errors of a known shape that readings may have to any extent: how much of each they show is told, and nothing else is done.
-    pub asked_errors: Vec<ReadingError>,
+    pub asked_errors: Vec<SharedReadingError>,
     /// Whether to tell how far clocks are off: nothing else is done with it.
     pub asks_for_clocks: bool,
     /// Threads that bodies are shared among; what is found does not depend on it.

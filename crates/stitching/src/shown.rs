@@ -1,6 +1,6 @@
 //! How much of errors of a known shape the readings show: what the bodies that several recordings saw say of it.
 
-use chainwave_measurement::ReadingError;
+use chainwave_measurement::SharedReadingError;
 use nalgebra::{DMatrix, DVector};
 
 use crate::body_response::Contribution;
@@ -36,8 +36,9 @@ impl AlignmentState<'_> {
         if asked.is_empty() {
             return Ok(Vec::new());
         }
-        let of_error =
-            |error: &ReadingError| on_time_base(error, self.observations, &self.offsets_s, &self.times_s);
+        let of_error = |error: &SharedReadingError| {
+            on_time_base(error, self.observations, &self.offsets_s, &self.times_s)
+        };
         let of_errors: Vec<Vec<RowError>> = asked.iter().map(of_error).collect();
         let at = |k: usize, row: usize| of_errors[k].iter().find(|one| one.row == row);
         // How an error moves drives and offsets, which follow it.

@@ -2,7 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on should panic")]
 
-use chainwave_measurement::{BodyTrack, Estimate, Observation, ReadingError, TrackError};
+use chainwave_measurement::{BodyTrack, Estimate, Observation, SharedReadingError, TrackDeviation};
 use chainwave_stitching::{ClockOf, ClockShown, Settings, Stitched, merge, outliers};
 use rand::SeedableRng;
 use rand_distr::{Distribution, Normal};
@@ -175,10 +175,14 @@ fn an_error_that_the_trials_of_a_view_share_moves_what_it_is_said_to_move() {
         for (x, error_m) in track.position_m.iter_mut().zip(&error_m) {
             *x = x.map(|x| Estimate::new(x.value + error_m, x.sigma));
         }
-        of_tracks.push(TrackError { recording: observation.recording.clone(), body: SHARED_BODY, error_m });
+        of_tracks.push(TrackDeviation {
+            recording: observation.recording.clone(),
+            body: SHARED_BODY,
+            error_m,
+        });
     }
     let moved = stitch(&moved);
-    let error = ReadingError { source: "a pattern".into(), of_tracks };
+    let error = SharedReadingError { source: "a pattern".into(), of_tracks };
     let settings = Settings { reading_errors: vec![error], ..Settings::new(N_BODIES, 2.0 * FRAME_S) };
     let stated = merge(&seen, &settings).unwrap();
     let added =
@@ -219,12 +223,12 @@ fn an_error_that_the_trials_of_a_view_share_moves_what_it_is_said_to_move() {
 fn how_much_readings_show_of_an_asked_error_is_told() {
     // 2 um of 14 mm, six times what is known of it: of a larger one a first step leaves what is of second order.
     const AMPLITUDE: f64 = 0.1;
-    let shape = |observation: &Observation| -> Vec<TrackError> {
+    let shape = |observation: &Observation| -> Vec<TrackDeviation> {
         let first = observation.bodies.iter().map(|track| track.body).min().unwrap();
         let of_track = |track: &BodyTrack| {
             let along = (track.body - first) as f64 - 1.0;
             let square = |x: &Option<Estimate>| 0.1 * along * x.map_or(0.0, |x| x.value.powi(2));
-            TrackError {
+            TrackDeviation {
                 recording: observation.recording.clone(),
                 body: track.body,
                 error_m: track.position_m.iter().map(square).collect(),
@@ -236,14 +240,14 @@ fn how_much_readings_show_of_an_asked_error_is_told() {
     let (mut squares, mut n_bodies) = (0.0, 0);
     for seed in 0..n {
         let seen = experiment(seed).observations;
-        let of_tracks: Vec<TrackError> = seen.iter().flat_map(shape).collect();
+        let of_tracks: Vec<TrackDeviation> = seen.iter().flat_map(shape).collect();
         let mut off = seen.clone();
         for (track, error) in off.iter_mut().flat_map(|one| &mut one.bodies).zip(&of_tracks) {
             for (x, error_m) in track.position_m.iter_mut().zip(&error.error_m) {
                 *x = x.map(|x| Estimate::new(x.value + AMPLITUDE * error_m, x.sigma));
             }
         }
-        let asked_errors = vec![ReadingError { source: "along the picture".into(), of_tracks }];
+        let asked_errors = vec![SharedReadingError { source: "along the picture".into(), of_tracks }];
         let settings = Settings { asked_errors, ..Settings::new(N_BODIES, 2.0 * FRAME_S) };
         let stitched = merge(&off, &settings).unwrap();
         let sum =

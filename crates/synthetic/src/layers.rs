@@ -9,7 +9,7 @@ use crate::canvas::Canvas;
 use crate::marker::{BodyPlace, Plate};
 use crate::recording_camera::{CameraPose, RecordingCamera};
 use crate::ring::Outline;
-use crate::rods::{RodPixels, Sighting};
+use crate::rods::{RodPixels, RodView};
 use crate::settings::{Camera, Shot, Specimen};
 use crate::shapes::{Shapes, Wall};
 use crate::speckle::Pattern;
@@ -83,7 +83,7 @@ impl<'a> Layers<'a> {
         let at_rest = CameraPose { shift_px: [0.0; 2], turn_rad: 0.0, defocus_px: 0.0 };
         let mut backdrop = Canvas::new(camera.width_px, camera.height_px);
         backdrop::draw(&specimen.tones, &layers.prospect(&at_rest), &layers.view, &mut backdrop);
-        layers.rods = RodPixels::new(specimen, &layers.sighting(&at_rest), &layers.view, backdrop.rows());
+        layers.rods = RodPixels::new(specimen, &layers.rod_view(&at_rest), &layers.view, backdrop.rows());
         Ok(Self { backdrop, ..layers })
     }
 
@@ -135,7 +135,7 @@ impl<'a> Layers<'a> {
         if self.is_still {
             self.rods.draw(canvas);
         } else {
-            RodPixels::new(self.specimen, &self.sighting(&instant.pose), view, canvas.rows()).draw(canvas);
+            RodPixels::new(self.specimen, &self.rod_view(&instant.pose), view, canvas.rows()).draw(canvas);
         }
         Ok(())
     }
@@ -150,8 +150,8 @@ impl<'a> Layers<'a> {
         }
     }
 
-    fn sighting(&self, pose: &CameraPose) -> Sighting {
-        Sighting {
+    fn rod_view(&self, pose: &CameraPose) -> RodView {
+        RodView {
             scale_px_per_m: self.scale_px_per_m,
             axis_px: self.first_body_px[1] + pose.shift_px[1],
             width_px: self.camera.width_px,

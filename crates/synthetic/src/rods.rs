@@ -31,7 +31,7 @@ struct RodRun {
 }
 
 /// How the rods are seen.
-pub(crate) struct Sighting {
+pub(crate) struct RodView {
     pub(crate) scale_px_per_m: f64,
     /// Row of the chain's axis in the ideal picture.
     pub(crate) axis_px: f64,
@@ -48,13 +48,8 @@ struct RodPart {
 
 impl RodPixels {
     /// The rods of a chain whose axis lies at the row `axis_px` of the ideal picture, in some rows of the frame.
-    pub(crate) fn new(
-        specimen: &Specimen,
-        sighting: &Sighting,
-        view: &PixelView,
-        rows: Range<usize>,
-    ) -> Self {
-        let Sighting { scale_px_per_m, axis_px, width_px, defocus_px } = *sighting;
+    pub(crate) fn new(specimen: &Specimen, rod_view: &RodView, view: &PixelView, rows: Range<usize>) -> Self {
+        let RodView { scale_px_per_m, axis_px, width_px, defocus_px } = *rod_view;
         let radius_px = specimen.rods.diameter_m / 2.0 * scale_px_per_m;
         let blur = Blur { path_px: 0.0, defocus_px };
         let mut runs = Vec::new();

@@ -8,7 +8,7 @@ use chainwave_measurement::{Recording, Subset};
 
 use crate::refusal::Refusal;
 use crate::review::Review;
-use crate::set_up::SetUp;
+use crate::set_up::ExperimentDraft;
 use crate::wave::ShownWave;
 
 /// Recordings that are kept open. Those that are decoded keep their frame, the others a mapping.
@@ -28,7 +28,7 @@ pub struct Collection {
     /// What was measured, where there are results.
     pub wave: Option<ShownWave>,
     /// How an experiment is set up from these recordings, where none is.
-    pub set_up: Option<SetUp>,
+    pub set_up: Option<ExperimentDraft>,
 }
 
 /// A recording to show, and what is drawn on it.

@@ -41,5 +41,5 @@ pub use error::ViewError;
 pub use points::table_cell;
 pub use review::{KeepCorrections, QueuedReading, Review, ShownCorrection, ShownRemedy};
 pub use server::Server;
-pub use set_up::{Picked, Question, SetUp, WriteExperiment};
+pub use set_up::{ExperimentDraft, Picked, Question, WriteExperiment};
 pub use wave::ShownWave;

@@ -18,7 +18,7 @@ use crate::site::{Site, Verb};
 /// Connections at a time, each with a thread: a browser opens six.
 const MOST_CONNECTIONS: usize = 64;
 /// Pause after a connection that the system could not give, such as for want of descriptors.
-const BREATH: Duration = Duration::from_millis(50);
+const RETRY_PAUSE: Duration = Duration::from_millis(50);
 
 /// A page of recordings, served on this machine.
 ///
@@ -72,7 +72,7 @@ impl Server {
         thread::scope(|scope| {
             loop {
                 let Ok((stream, _)) = self.listener.accept() else {
-                    thread::sleep(BREATH);
+                    thread::sleep(RETRY_PAUSE);
                     continue;
                 };
                 if self.n_connections.fetch_add(1, Ordering::Relaxed) < MOST_CONNECTIONS {

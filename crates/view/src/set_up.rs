@@ -14,7 +14,7 @@ const MOST_ANSWER_CHARS: usize = 40;
 
 /// What the page asks for, and what writes the experiment.
 #[derive(Debug, Clone)]
-pub struct SetUp {
+pub struct ExperimentDraft {
     /// What is asked for, in the order of the form.
     pub questions: Vec<Question>,
     /// The last frame of each recording's rest as a time, in seconds after the trigger, where it is known beforehand.
@@ -79,7 +79,7 @@ struct Sent {
     answers: BTreeMap<String, String>,
 }
 
-impl SetUp {
+impl ExperimentDraft {
     /// Writes what was sent about a recording; what there is to say.
     pub(crate) fn write(
         &self,

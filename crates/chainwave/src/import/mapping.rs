@@ -177,6 +177,10 @@ impl Mapping {
         if mapping.chain.n_bodies < 2 || mapping.trials.is_empty() {
             return Err(wrong("expected at least 2 bodies and 1 trial".into()));
         }
+        let twice = mapping.trials.iter().enumerate().find(|(k, name)| mapping.trials[..*k].contains(name));
+        if let Some((_, name)) = twice {
+            return Err(wrong(format!("trials: expected each file once, found {} twice", name.display())));
+        }
         let is_usable = mapping.displacement.unit_m.is_finite() && mapping.displacement.unit_m.abs() > 0.0;
         if !is_usable {
             let found = mapping.displacement.unit_m;

@@ -213,11 +213,11 @@ fn of_recordings(
     let mean = |of: &[f64]| rows.iter().map(|row| of[*row]).sum::<f64>() / rows.len().max(1) as f64;
     let (mean_delay_s, mean_striker) = (mean(&delays_s), mean(&strikers));
     let recording_alignments = &evaluation.recording_alignments.of_recordings;
-    for ((standing, alignment), row) in recording_alignments.iter().zip(alignments).zip(&rows) {
+    for ((aligned, alignment), row) in recording_alignments.iter().zip(alignments).zip(&rows) {
         let (offset_s, drive) = (mean_delay_s - delays_s[*row], strikers[*row] / mean_striker - 1.0);
-        add("trigger offset", standing.trigger_offset_s, offset_s);
+        add("trigger offset", aligned.trigger_offset_s, offset_s);
         add("trigger offset by onset", alignment.trigger_offset_s, offset_s);
-        if let Some(stated) = standing.drive_deviation {
+        if let Some(stated) = aligned.drive_deviation {
             add("drive", stated, drive);
             add("drive by onset", alignment.drive_deviation, drive);
         }

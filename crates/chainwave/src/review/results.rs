@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use crate::error::Error;
 use crate::table;
-use crate::tracks_read::tracks_of;
+use crate::tracks_table::tracks_of;
 
 /// Tables that `run` leaves.
 pub(crate) const TRACKS: &str = "tracks.parquet";

@@ -110,7 +110,7 @@ fn write_alignment(folder: &Path, tracked: &Tracked, evaluation: &Evaluation) ->
         recording_alignments.of_recordings.iter().map(value).collect::<Vec<f64>>()
     };
     let stated_drives: Vec<Option<Estimate>> =
-        recording_alignments.of_recordings.iter().map(|standing| standing.drive_deviation).collect();
+        recording_alignments.of_recordings.iter().map(|aligned| aligned.drive_deviation).collect();
     // What is refused of the alignments is refused by the onset alone as well.
     let onset_drives: Vec<Option<Estimate>> = stated_drives
         .iter()

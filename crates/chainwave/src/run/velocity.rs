@@ -15,10 +15,10 @@ use super::{accuracy, dataset, explain, figures, markers, outputs, provenance, r
 use crate::cli;
 use crate::error::Error;
 use crate::kept::KeptFolder;
-use crate::limits::{foreseen_as_json, limits_as_json};
 use crate::outcome::Outcome;
 use crate::output::{FIGURES_FOLDER, make_folder, remove_unfinished, write_json};
 use crate::parallel::threads;
+use crate::plan_json::{foreseen_as_json, limits_as_json};
 use crate::progress;
 
 /// A striker velocity that is to be evaluated.

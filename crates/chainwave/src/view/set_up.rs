@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use chainwave_camera::OpenOptions;
 use chainwave_measurement::{RecordingInfo, Subset};
-use chainwave_view::{Picked, Question, SetUp, WriteExperiment};
+use chainwave_view::{ExperimentDraft, Picked, Question, WriteExperiment};
 
 use crate::error::Error;
 use crate::init::SeenInRecording;
@@ -18,7 +18,7 @@ use crate::output::write_text;
 const PICKED_SIGMA_PX: f64 = 2.0;
 
 /// How the recordings of a folder become an experiment, where none lies there by now.
-pub(super) fn of_folder(folder: &Path, recordings: Vec<PathBuf>, options: OpenOptions) -> SetUp {
+pub(super) fn of_folder(folder: &Path, recordings: Vec<PathBuf>, options: OpenOptions) -> ExperimentDraft {
     let question =
         |[key, label, hint]: [&str; 3]| Question { key: key.into(), label: label.into(), hint: hint.into() };
     let rest_until_s = recordings
@@ -26,7 +26,7 @@ pub(super) fn of_folder(folder: &Path, recordings: Vec<PathBuf>, options: OpenOp
         .and_then(|first| SeenInRecording::of(first).ok())
         .and_then(|seen| seen.rest_until_s);
     let folder = folder.to_owned();
-    SetUp {
+    ExperimentDraft {
         questions: QUESTIONS.map(question).into(),
         rest_until_s,
         path: folder.join("experiment.toml").display().to_string(),

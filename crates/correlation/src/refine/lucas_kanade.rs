@@ -8,8 +8,8 @@ use chainwave_measurement::{Estimate, Lost, Position, Recording, Region, Subset,
 use crate::acceptance::Standard;
 use crate::foreign::{FlowSettings, library};
 use crate::refine::calibration::{Calibration, Judgement, judge};
-use crate::search::rivals::Sighting;
-use crate::track::find::{Locate, Quest};
+use crate::search::rivals::PlaceMatch;
+use crate::track::find::{FrameSearch, Locate};
 use crate::track::predict::History;
 use crate::track::together::without_collisions;
 use crate::track::tracker::{Found, Tracker, track_both_ways};
@@ -182,13 +182,13 @@ impl<'a> Flow<'a> {
     ) -> Found {
         let FlowPoint { target, history, reason, size } = &mut self.points[i];
         let FlowTarget { subset, calibration, standard } = target.as_mut().map_err(|reason| *reason)?;
-        let is_reference = self.reference_frames.contains(&frame);
+        let is_certain = self.reference_frames.contains(&frame);
         let recording = self.recording;
-        let quest = Quest { recording, subset, standard, history, reason: *reason, is_reference };
+        let search = FrameSearch { recording, subset, standard, history, reason: *reason, is_certain };
         let (settings, workspace, failure) = (&self.settings, &mut self.workspace, &mut self.failure);
         let mut single = SingleFlow { images, window, subset, size: *size, settings, workspace, failure };
         let first = first.map(|place| single.judged(place.ok_or(Lost::NotConverged)?));
-        let (place, found) = quest.find_after(frame, first, &mut single)?;
+        let (place, found) = search.find_after(frame, first, &mut single)?;
         // The whole reference resembles itself more than any frame does.
         if self.reference_frames != (frame..frame + 1) {
             standard.note(found.zncc);
@@ -237,8 +237,8 @@ impl Locate for SingleFlow<'_> {
         }
     }
 
-    fn seen((place, found): &Self::Found) -> Sighting {
-        Sighting { warp: Warp::at(*place), zncc: found.zncc }
+    fn seen((place, found): &Self::Found) -> PlaceMatch {
+        PlaceMatch { warp: Warp::at(*place), zncc: found.zncc }
     }
 }
 

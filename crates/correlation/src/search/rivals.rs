@@ -9,7 +9,7 @@ pub(crate) const RIVAL_SHARE: f64 = 0.5;
 
 /// Where something was matched, and how well.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Sighting {
+pub(crate) struct PlaceMatch {
     pub(crate) warp: Warp,
     pub(crate) zncc: f64,
 }
@@ -28,7 +28,7 @@ pub(crate) struct Own {
 pub(crate) fn best_rival(
     own: Own,
     peaks: &[Found],
-    mut again: impl FnMut([f64; 2]) -> Option<Sighting>,
+    mut again: impl FnMut([f64; 2]) -> Option<PlaceMatch>,
 ) -> f64 {
     let mut best = 0.0_f64;
     for &Found { place_px, zncc } in peaks {

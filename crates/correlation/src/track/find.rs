@@ -7,7 +7,7 @@ use crate::PreparedSubset;
 use crate::acceptance::{Origin, Standard};
 use crate::search::area_around;
 use crate::search::patch::Deformations;
-use crate::search::rivals::Sighting;
+use crate::search::rivals::PlaceMatch;
 use crate::search::template::Template;
 use crate::track::predict::{History, Search};
 use crate::warp::Warp;
@@ -29,11 +29,11 @@ pub(crate) trait Locate {
     }
 
     /// Where it is, and how well it resembles the reference.
-    fn seen(found: &Self::Found) -> Sighting;
+    fn seen(found: &Self::Found) -> PlaceMatch;
 }
 
 /// What is looked for in a frame, and what is known of it.
-pub(crate) struct Quest<'a> {
+pub(crate) struct FrameSearch<'a> {
     pub(crate) recording: &'a dyn Recording,
     pub(crate) subset: &'a PreparedSubset,
     pub(crate) standard: &'a Standard,
@@ -41,10 +41,10 @@ pub(crate) struct Quest<'a> {
     /// Why it was lost in the frame before.
     pub(crate) reason: Lost,
     /// Whether the frame is one of the reference's: where the subset was defined it is itself.
-    pub(crate) is_reference: bool,
+    pub(crate) is_certain: bool,
 }
 
-impl Quest<'_> {
+impl FrameSearch<'_> {
     /// The match in a frame.
     pub(crate) fn find<L: Locate>(&self, frame: usize, locate: &mut L) -> Result<L::Found, Lost> {
         let first = (self.history.n_lost == 0).then(|| locate.locate_expected(frame, self.history.predict()));
@@ -107,7 +107,7 @@ impl Quest<'_> {
     ) -> Result<L::Found, Lost> {
         let believed = |found: Result<L::Found, Lost>, start: Warp, locate: &mut L| {
             let found = found?;
-            let clear = self.is_reference || self.standard.is_clear(L::seen(&found).zncc);
+            let clear = self.is_certain || self.standard.is_clear(L::seen(&found).zncc);
             if clear { Ok(found) } else { self.verified(frame, found, Origin::Expected(start), locate) }
         };
         let found = believed(first, self.history.predict(), locate);
@@ -141,7 +141,8 @@ impl Quest<'_> {
         let area = area_around(self.recording, frame, self.subset, around_px, reach_px);
         let area = area.map_err(|_| Lost::Unreadable)?.ok_or(Lost::OutOfView)?;
         let n_trials = area.n_pixels() * search.deformations.map_or(1, Deformations::count);
-        let origin = Origin::Searched { n_trials, reach_px };
+        let may_be_at_px = [self.history.last(), self.history.predict()].map(|warp| warp.position_px);
+        let origin = Origin::Searched { n_trials, reach_px, may_be_at_px };
         let mut certainly = |start: Warp| {
             let found = locate.locate(frame, start)?;
             self.verified(frame, found, origin, locate)

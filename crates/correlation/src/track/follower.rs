@@ -8,13 +8,13 @@ use crate::acceptance::Standard;
 use crate::evidence::ShapeTest;
 use crate::icgn::outcome::Match;
 use crate::icgn::visible::noise_ratio;
-use crate::search::rivals::Sighting;
+use crate::search::rivals::PlaceMatch;
 use crate::structure::Structure;
 use crate::track::alike::{self, Alike};
 use crate::track::bending::Bend;
 use crate::track::cells::Cells;
 use crate::track::continuity::Continuity;
-use crate::track::find::{Locate, Quest};
+use crate::track::find::{FrameSearch, Locate};
 use crate::track::matcher::{Matcher, window_around};
 use crate::track::partly_hidden::Parts;
 use crate::track::predict::History;
@@ -189,7 +189,7 @@ impl<'a> Follower<'a> {
                 self.note_bend(frame, &found);
                 self.note_alike(frame, &found);
                 let position = self.decay.total(self.with_reference_sigma(frame, found.position));
-                if !self.is_reference(frame) {
+                if !self.is_sole_reference(frame) {
                     if let Ok(target) = &mut self.target {
                         target.standard.note(found.position.zncc);
                     }
@@ -207,7 +207,7 @@ impl<'a> Follower<'a> {
     }
 
     /// Whether a frame is the whole reference.
-    fn is_reference(&self, frame: usize) -> bool {
+    fn is_sole_reference(&self, frame: usize) -> bool {
         self.reference_frames == (frame..frame + 1)
     }
 
@@ -312,7 +312,7 @@ impl<'a> Follower<'a> {
     fn test_shape(&mut self, frame: usize, found: &Match) {
         // The reference frame agrees with itself in all digits, whatever its shape; and once it was prepared anew the subset is another than
         // the one that is tested.
-        let is_tested = !self.is_reference(frame) && self.original.is_none();
+        let is_tested = !self.is_sole_reference(frame) && self.original.is_none();
         if let (true, Some(test), Ok(target)) = (is_tested, &mut self.shape_test, &self.target) {
             test.add(&target.subset, &self.matcher.window, found, &mut self.matcher.workspace);
         }
@@ -335,7 +335,7 @@ impl<'a> Follower<'a> {
     fn note_alike(&mut self, frame: usize, found: &Match) {
         let Ok(Target { subset, structure: Some(structure), .. }) = &self.target else { return };
         let warp = found.warp();
-        let is_asked = !self.is_reference(frame) && Alike::looks_at(frame, self.n_frames());
+        let is_asked = !self.is_sole_reference(frame) && Alike::looks_at(frame, self.n_frames());
         if !is_asked || self.matcher.have_window(subset, frame, &warp).is_err() {
             return;
         }
@@ -362,21 +362,21 @@ impl<'a> Follower<'a> {
     /// The match in a frame, and whether the frame by itself tells that it is right.
     fn find(&mut self, frame: usize) -> Result<(Match, bool), Lost> {
         let Target { subset, standard, quadratic, .. } = self.target.as_ref().map_err(|reason| *reason)?;
-        let quest = Quest {
+        let search = FrameSearch {
             recording: self.matcher.recording,
             subset,
             standard,
             history: &self.history,
             reason: self.reason,
-            is_reference: self.reference_frames.contains(&frame) && !self.starts_elsewhere,
+            is_certain: self.reference_frames.contains(&frame) && !self.starts_elsewhere,
         };
         let mut matched = Matched { matcher: &mut self.matcher, parts: &mut self.parts, subset };
-        let by_frame = quest.find(frame, &mut matched);
+        let by_frame = search.find(frame, &mut matched);
         let goes_on = |found: &Match| self.continuity.goes_on_at(&self.history, found.warp().position_px);
         let (found, is_evident) = match by_frame {
             Ok(found) => (found, true),
             Err(Lost::Ambiguous) if self.continuity.lasts() => {
-                (quest.find_again(frame, &mut matched).filter(goes_on).ok_or(Lost::Ambiguous)?, false)
+                (search.find_again(frame, &mut matched).filter(goes_on).ok_or(Lost::Ambiguous)?, false)
             }
             Err(reason) => return Err(reason),
         };
@@ -387,7 +387,7 @@ impl<'a> Follower<'a> {
     }
 
     fn with_reference_sigma(&self, frame: usize, mut position: Position) -> Position {
-        if let (true, Ok(target)) = (self.is_reference(frame), &self.target) {
+        if let (true, Ok(target)) = (self.is_sole_reference(frame), &self.target) {
             let sigma_px = reference_sigma_px(&target.subset);
             [position.x_px.sigma, position.y_px.sigma] = sigma_px;
             let at_rest = Warp::at(target.subset.centre_px);
@@ -427,7 +427,7 @@ impl Locate for Matched<'_, '_> {
         self.parts.seen(self.subset, window, start, found, workspace)
     }
 
-    fn seen(found: &Match) -> Sighting {
-        Sighting { warp: found.warp(), zncc: found.position.zncc }
+    fn seen(found: &Match) -> PlaceMatch {
+        PlaceMatch { warp: found.warp(), zncc: found.position.zncc }
     }
 }

@@ -19,7 +19,7 @@ use crate::warp::{Warp, distance_px};
 use crate::{PreparedSubset, Window, Workspace};
 
 /// Residuals over what noise explains that are looked into in any case.
-const MUCH: f64 = 2.0;
+const LARGE_NOISE_RATIO: f64 = 2.0;
 /// The same up to which they may be those of a frame with more noise than the reference's, such as of four times the light.
 const NOISIER: f64 = 6.0;
 /// Mean squares of one third of a subset over those of another that no texture makes.
@@ -29,9 +29,9 @@ const BEYOND_NOISE: f64 = 3.0;
 /// Pixels of a third from which on its mean square is one.
 const LEAST_PIXELS: f64 = 30.0;
 /// How much less the residuals of the part that is seen are than those of the whole.
-const LESS: f64 = 1.2;
+const LEAST_IMPROVEMENT: f64 = 1.2;
 /// Times that residuals may be larger or smaller than others, and are as large.
-const ALIKE: f64 = 1.5;
+const SAME_RATIO: f64 = 1.5;
 /// Starts that a part is matched from, by two: the number of places that chance has.
 const N_STARTS: f64 = 2.0;
 /// Distance of two starts that are the same.
@@ -65,7 +65,7 @@ impl Parts {
             Ok(found) if found.is_noise(1.0, subset.n_used as f64) => false,
             Ok(found) => {
                 let ratio = found.noise_ratio / self.in_vain;
-                !found.is_whole || !(1.0 / ALIKE..ALIKE).contains(&ratio)
+                !found.is_whole || !(1.0 / SAME_RATIO..SAME_RATIO).contains(&ratio)
             }
             Err(reason) => matches!(reason, Lost::LowCorrelation | Lost::NotConverged),
         }
@@ -114,7 +114,7 @@ struct Scene<'a> {
 impl Scene<'_> {
     /// Whether a match leaves little, and on all sides as much.
     fn is_clearly_whole(&mut self, found: &Match) -> bool {
-        let is_little = found.is_whole && found.noise_ratio <= MUCH;
+        let is_little = found.is_whole && found.noise_ratio <= LARGE_NOISE_RATIO;
         is_little && is_even(self.subset, self.window, &found.warp(), self.workspace)
     }
 
@@ -289,7 +289,7 @@ fn is_even(part: &PreparedSubset, window: &Window, warp: &Warp, workspace: &mut 
 
 /// Whether a match of a part leaves so much less than that of the whole that the part alone is believed.
 fn is_less(mended: &Match, found: &Result<Match, Lost>) -> bool {
-    found.as_ref().map_or(true, |found| LESS * mended.noise_ratio < found.noise_ratio)
+    found.as_ref().map_or(true, |found| LEAST_IMPROVEMENT * mended.noise_ratio < found.noise_ratio)
 }
 
 /// How far two matches are apart along x and y, 0 where the noise of the second explains it.

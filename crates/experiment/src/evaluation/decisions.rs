@@ -69,7 +69,7 @@ pub(crate) fn decide(setup: &Setup, tracked: &Tracked, evaluation: &Evaluation) 
         stages(tracked),
         left_out(evaluation),
         drives(experiment, evaluation),
-        standing_source(evaluation),
+        alignment_source(evaluation),
         contact_law(experiment, evaluation),
         damping(evaluation),
         scatter(evaluation),
@@ -321,7 +321,7 @@ fn drives(experiment: &Experiment, evaluation: &Evaluation) -> Decision {
     Decision::by(rule, "a trigger offset and a drive for each recording, response of second order", evidence)
 }
 
-fn standing_source(evaluation: &Evaluation) -> Decision {
+fn alignment_source(evaluation: &Evaluation) -> Decision {
     let (recording_alignments, alignments) =
         (&evaluation.recording_alignments, &evaluation.stitched.alignments);
     let mean_us = |sigma_s: &dyn Fn(usize) -> f64| {

@@ -2,7 +2,7 @@
 
 use std::num::NonZero;
 
-use chainwave_measurement::{Moment, Trajectory};
+use chainwave_measurement::{Trajectory, TrajectoryAt};
 use ndarray::{Array2, ShapeBuilder};
 use serde::{Deserialize, Serialize};
 
@@ -98,7 +98,7 @@ impl GrowingTruth<'_> {
         let sums = self.truth.motions.iter_mut().zip(&self.impacts_s).zip(&mut self.n_trials);
         let of_its_own = sums.filter(|((sum, _), _)| is_nominal(sum.nominal_m_per_s, take.nominal_m_per_s));
         for ((sum, impact_s), n_trials) in of_its_own {
-            let moments: Vec<Option<Moment<'_>>> =
+            let moments: Vec<Option<TrajectoryAt<'_>>> =
                 sum.times_s.iter().map(|time_s| motion.at(time_s - impact_s)).collect();
             n_trials.iter_mut().zip(&moments).for_each(|(n, moment)| *n += u32::from(moment.is_some()));
             for (body, mut of_body) in sum.displacement_m.columns_mut().into_iter().enumerate() {
@@ -199,7 +199,7 @@ impl Studio<'_> {
         let n = kept.len() as f64;
         let motion_of = |take: &Take<'_>| self.motion(&take.draw);
         one_after_the_other(&kept, n_threads, motion_of, |_, motion| {
-            let moments: Vec<Option<Moment<'_>>> =
+            let moments: Vec<Option<TrajectoryAt<'_>>> =
                 times_s.iter().map(|time_s| motion.at(time_s - truth.impact_time_s)).collect();
             for row in 0..shape.0 {
                 for (i, moment) in moments.iter().enumerate() {

@@ -8,7 +8,7 @@ use chainwave_inference::{
     TrackFit, TrackModel, fit_imposed, fit_peak_energies, fit_release, fit_tracks, reached,
     scatter_of_bodies, softening,
 };
-use chainwave_measurement::{Estimate, Observation, ReadingError};
+use chainwave_measurement::{Estimate, Observation, SharedReadingError};
 use chainwave_mechanics::Chain;
 use chainwave_stitching::Stitched;
 
@@ -60,7 +60,7 @@ pub(crate) struct Material<'a> {
     pub(crate) chain: &'a Chain,
     pub(crate) known: &'a [Known],
     /// Errors that the readings share.
-    pub(crate) reading_errors: &'a [ReadingError],
+    pub(crate) reading_errors: &'a [SharedReadingError],
     pub(crate) n_threads: NonZero<usize>,
 }
 
@@ -243,9 +243,7 @@ pub(crate) fn known(
 
 /// The same without what the pictures' scale leaves open: it stands among the errors that the motion states.
 fn known_of_chain(known: &[Known]) -> Vec<Known> {
-    let is_of_pictures =
-        |known: &&Known| matches!(known.quantity, Quantity::Scale | Quantity::ScaleOfView(_));
-    known.iter().filter(|known| !is_of_pictures(known)).cloned().collect()
+    known.iter().filter(|known| !known.quantity.is_of_pictures()).cloned().collect()
 }
 
 fn energy_model(material: &Material<'_>, spacing: Spacing) -> Result<EnergyModel, FitError> {

@@ -4,7 +4,7 @@
 //! too long as the scale is too small. Where one view is magnified against another, the marker itself is larger in it.
 
 use chainwave_measurement::{
-    BodyTrack, ChainMotion, ErrorSource, Estimate, Observation, ReadingError, TrackError,
+    BodyTrack, ChainMotion, ErrorSource, Estimate, Observation, SharedReadingError, TrackDeviation,
 };
 use chainwave_stitching::StageStep;
 use ndarray::Array2;
@@ -141,23 +141,23 @@ impl ScaleCheck {
         &self,
         observations: &[Observation],
         rest_until_s: f64,
-    ) -> Vec<ReadingError> {
+    ) -> Vec<SharedReadingError> {
         let of_track = |observation: &Observation, track: &BodyTrack, relative: f64| {
             let rest_m = observation.mean_before_m(track, rest_until_s).unwrap_or(0.0);
             let error_m = |x: &Option<Estimate>| x.map_or(0.0, |x| relative * (x.value - rest_m));
-            TrackError {
+            TrackDeviation {
                 recording: observation.recording.clone(),
                 body: track.body,
                 error_m: track.position_m.iter().map(error_m).collect(),
             }
         };
-        let of_observation = |observation: &Observation, error: &[f64]| -> Vec<TrackError> {
+        let of_observation = |observation: &Observation, error: &[f64]| -> Vec<TrackDeviation> {
             let relative = self.views.error_of(observation.view, error);
             observation.bodies.iter().map(|track| of_track(observation, track, relative)).collect()
         };
         let errors = self.views.errors.iter().enumerate();
         errors
-            .map(|(number, error)| ReadingError {
+            .map(|(number, error)| SharedReadingError {
                 source: magnification(number),
                 of_tracks: observations.iter().flat_map(|one| of_observation(one, error)).collect(),
             })

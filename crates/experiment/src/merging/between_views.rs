@@ -4,7 +4,9 @@
 //! loose show it elsewhere too. All trials of a view see it so, and the next view, which has the body at its other end, does not. What a view makes of
 //! such a body on its own tells how large these errors are and how fast they change, so that they can be counted where one view alone shows a body.
 
-use chainwave_measurement::{BodyTrack, ChainMotion, Estimate, Observation, ReadingError, TrackError};
+use chainwave_measurement::{
+    BodyTrack, ChainMotion, Estimate, Observation, SharedReadingError, TrackDeviation,
+};
 use chainwave_stitching::LeftByView;
 use nalgebra::{DMatrix, DVector};
 
@@ -79,7 +81,11 @@ impl BetweenViews {
     }
 
     /// The errors of all readings of bodies that move, as independent parts: each begins as another ends, with the variance kept.
-    pub(crate) fn errors(&self, observations: &[Observation], rests_until_s: &[f64]) -> Vec<ReadingError> {
+    pub(crate) fn errors(
+        &self,
+        observations: &[Observation],
+        rests_until_s: &[f64],
+    ) -> Vec<SharedReadingError> {
         let mut groups: Vec<(u32, usize)> = observations
             .iter()
             .flat_map(|one| one.bodies.iter().map(|track| (one.view, track.body)))
@@ -91,7 +97,7 @@ impl BetweenViews {
             let begins_s = rests_until_s.get(body - 1).copied().unwrap_or(0.0);
             let apart_s = (PARTS_APART * self.alike_s).max((last_s - begins_s) / (MOST_PARTS - 1.0));
             let n_parts = ((last_s - begins_s) / apart_s).ceil().max(0.0) as usize + 1;
-            let of_part = move |part: usize| ReadingError {
+            let of_part = move |part: usize| SharedReadingError {
                 source: format!("body {body} as view {view} sees it, part {}", part + 1).into(),
                 of_tracks: observations
                     .iter()
@@ -113,12 +119,12 @@ impl BetweenViews {
         track: &BodyTrack,
         [begins_s, apart_s]: [f64; 2],
         part: usize,
-    ) -> TrackError {
+    ) -> TrackDeviation {
         let error_m = |time_s: &f64| {
             let from_part = (time_s - begins_s) / apart_s - part as f64;
             if *time_s < begins_s { 0.0 } else { self.sigma_m * weight(from_part.abs().min(1.0)) }
         };
-        TrackError {
+        TrackDeviation {
             recording: observation.recording.clone(),
             body: track.body,
             error_m: observation.times_s.iter().map(error_m).collect(),
@@ -390,8 +396,9 @@ mod tests {
                 );
             }
         }
-        let shared =
-            |error: &ReadingError| error.of_tracks.iter().map(|of| of.recording.clone()).collect::<Vec<_>>();
+        let shared = |error: &SharedReadingError| {
+            error.of_tracks.iter().map(|of| of.recording.clone()).collect::<Vec<_>>()
+        };
         assert!(errors.iter().all(|error| shared(error) == ["1-1", "1-2"] || shared(error) == ["2-1"]));
     }
 }

@@ -19,7 +19,7 @@ pub(crate) struct Inclination {
 /// Standard deviations by which the angle is told.
 const DETECTION_SIGMAS: f64 = 5.0;
 /// What a camera's roll would make of the largest displacement, over its uncertainty, at least: less changes no interval.
-const MATTERS: f64 = 0.1;
+const LEAST_SIZE_OVER_SIGMA: f64 = 0.1;
 /// Share of the squares of displacements that a body has, of that of the body with the most, to tell a direction.
 const LEAST_SHARE: f64 = 0.01;
 
@@ -47,7 +47,7 @@ impl Inclination {
         let found = Self { angle_rad: Estimate::new(mean.atan(), scatter / n.sqrt()) };
         let is_told =
             slopes.len() > 2 && found.angle_rad.value.abs() > DETECTION_SIGMAS * found.angle_rad.sigma;
-        let matters = |x: &Estimate| found.shortening() * x.value.abs() > MATTERS * x.sigma;
+        let matters = |x: &Estimate| found.shortening() * x.value.abs() > LEAST_SIZE_OVER_SIGMA * x.sigma;
         (is_told && motion.displacement_m.iter().flatten().any(matters)).then_some(found)
     }
 

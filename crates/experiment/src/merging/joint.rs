@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use chainwave_measurement::{Observation, ReadingError, map_in_parallel};
+use chainwave_measurement::{Observation, SharedReadingError, map_in_parallel};
 use chainwave_stitching::{Outlier, Settings, Stitched};
 
 use crate::chain::stated_motion::StatedMotion;
@@ -27,7 +27,7 @@ pub(crate) struct Joint<'a> {
     /// What was told of the camera's view and its lens.
     pub(crate) geometry: Option<PictureGeometry>,
     /// What is not known of that, as errors of the readings.
-    pub(crate) geometry_errors: Vec<ReadingError>,
+    pub(crate) geometry_errors: Vec<SharedReadingError>,
     /// What was told of frame rates.
     pub(crate) clocks: Clocks,
     /// The recordings that were kept.

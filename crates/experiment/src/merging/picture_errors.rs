@@ -10,7 +10,7 @@
 mod apart;
 mod variogram;
 
-use chainwave_measurement::{BodyTrack, Estimate, Observation, ReadingError, TrackError, median};
+use chainwave_measurement::{BodyTrack, Estimate, Observation, SharedReadingError, TrackDeviation, median};
 use nalgebra::DVector;
 
 pub(crate) use self::apart::Apart;
@@ -230,7 +230,7 @@ impl Group {
 
     /// The error along the body's way as independent parts of it. It is told at the ends of stretches and fades from one to the next with its variance
     /// kept; half way between two it has a little more in common with others than at the ends.
-    fn errors(&self, variogram: &Variogram, correlation_m: f64) -> Vec<ReadingError> {
+    fn errors(&self, variogram: &Variogram, correlation_m: f64) -> Vec<SharedReadingError> {
         let (from_m, until_m) = self
             .variances()
             .fold((0.0_f64, 0.0_f64), |(from, until), (x_m, _)| (from.min(x_m), until.max(x_m)));
@@ -246,13 +246,13 @@ impl Group {
         };
         let of_trial = |trial: &Reading| trial.away_m.iter().zip(&trial.extra_m2).map(at).collect::<Vec<_>>();
         let errors_m: Vec<Vec<DVector<f64>>> = self.trials.iter().map(of_trial).collect();
-        let of_part = |k: usize| ReadingError {
+        let of_part = |k: usize| SharedReadingError {
             source: format!("pictures of body {} in view {}, part {}", self.body, self.view, k + 1).into(),
             of_tracks: self
                 .trials
                 .iter()
                 .zip(&errors_m)
-                .map(|(trial, errors_m)| TrackError {
+                .map(|(trial, errors_m)| TrackDeviation {
                     recording: trial.recording.clone(),
                     body: self.body,
                     error_m: errors_m.iter().map(|error_m| error_m[k]).collect(),
@@ -346,7 +346,8 @@ mod tests {
         let errors = &apart.errors;
         let body = 2;
         let of_body = || errors.iter().filter(|error| error.of_tracks.iter().all(|track| track.body == body));
-        let variance = |error: &ReadingError, i: usize| (error.of_tracks[0].error_m[i] / AT_REST_M).powi(2);
+        let variance =
+            |error: &SharedReadingError, i: usize| (error.of_tracks[0].error_m[i] / AT_REST_M).powi(2);
         // Variances scatter by 8 %, the smoothed by less. Those of the 40 frames at rest count for less than a frame's that is not in the reference, which
         // these ones do not know.
         let shared = 1.5 - 41.0 / 39.0;
@@ -357,7 +358,7 @@ mod tests {
         // Half of it is the pattern under the body at rest, which the error has everywhere. After 15 and 75 frames the body is 3 and 15 px away, at
         // ends of stretches; half way between two of them each is a mean of two halves, which has up to 4/3 as much in common.
         let common = |frames: [usize; 2]| {
-            let product = |error: &ReadingError| {
+            let product = |error: &SharedReadingError| {
                 let error_m = &error.of_tracks[0].error_m;
                 error_m[frames[0]] * error_m[frames[1]] / AT_REST_M.powi(2)
             };

@@ -6,7 +6,7 @@
 //! one that grows with the square of the distance from its middle. Where bodies show one or both, the pictures are mapped anew.
 
 use chainwave_camera::{Calibration, Lens, MapError, PlaneMap};
-use chainwave_measurement::{BodyTrack, Estimate, Observation, ReadingError, TrackError};
+use chainwave_measurement::{BodyTrack, Estimate, Observation, SharedReadingError, TrackDeviation};
 use chainwave_stitching::ShownByBody;
 use nalgebra::{Matrix2, Vector2};
 
@@ -52,7 +52,11 @@ impl PictureGeometry {
         Self { tilt: 0.0, distortion: 0.0, covariance: Matrix2::new(0.0, 0.0, 0.0, 0.0) };
 
     /// The shapes in proportion to which recordings are asked for errors, where their calibration leaves them open.
-    pub(crate) fn asked(&self, recordings: &[TrackedRecording], kept: &[Observation]) -> Vec<ReadingError> {
+    pub(crate) fn asked(
+        &self,
+        recordings: &[TrackedRecording],
+        kept: &[Observation],
+    ) -> Vec<SharedReadingError> {
         let has_own = |one: &TrackedRecording| one.map.has_geometry();
         if recordings.iter().any(has_own) {
             return Vec::new();
@@ -72,8 +76,8 @@ impl PictureGeometry {
         there: impl Fn(&PlaneMap, (usize, usize)) -> PlaneMap,
         recordings: &[TrackedRecording],
         kept: &[Observation],
-    ) -> ReadingError {
-        let of_recording = |one: &TrackedRecording| -> Vec<TrackError> {
+    ) -> SharedReadingError {
+        let of_recording = |one: &TrackedRecording| -> Vec<TrackDeviation> {
             if !kept.iter().any(|seen| seen.recording == one.trial.recording) {
                 return Vec::new();
             }
@@ -84,7 +88,7 @@ impl PictureGeometry {
             bodies.map(|(here, there)| error(one, here, there)).collect()
         };
         let of_tracks = recordings.iter().flat_map(of_recording).collect();
-        ReadingError { source: name.to_owned().into(), of_tracks }
+        SharedReadingError { source: name.to_owned().into(), of_tracks }
     }
 
     /// By what bodies at rest say, of pictures that a map without geometry would show plainly.
@@ -154,7 +158,11 @@ impl PictureGeometry {
     }
 
     /// What is not known of it, as errors of the readings of recordings that were kept, each of one standard deviation.
-    pub(crate) fn errors(&self, recordings: &[TrackedRecording], kept: &[Observation]) -> Vec<ReadingError> {
+    pub(crate) fn errors(
+        &self,
+        recordings: &[TrackedRecording],
+        kept: &[Observation],
+    ) -> Vec<SharedReadingError> {
         let eigen = self.covariance.symmetric_eigen();
         let mut errors = Vec::new();
         for k in (0..2).filter(|k| eigen.eigenvalues[*k] > 0.0) {
@@ -213,7 +221,7 @@ impl PictureGeometry {
 }
 
 /// What a reading of a body by a plain map is too large by, once it has moved, where a bent one is right.
-fn error(one: &TrackedRecording, plain: &BodyTrack, bent: &BodyTrack) -> TrackError {
+fn error(one: &TrackedRecording, plain: &BodyTrack, bent: &BodyTrack) -> TrackDeviation {
     let places = || {
         plain
             .position_m
@@ -223,7 +231,7 @@ fn error(one: &TrackedRecording, plain: &BodyTrack, bent: &BodyTrack) -> TrackEr
     };
     // Displacements count from rest, which the first frames show.
     let at_rest_m = places().flatten().next().unwrap_or(0.0);
-    TrackError {
+    TrackDeviation {
         recording: one.trial.recording.clone(),
         body: plain.body,
         error_m: places().map(|off_m| off_m.map_or(0.0, |off_m| off_m - at_rest_m)).collect(),

@@ -146,6 +146,27 @@ fn finding(setup: &Setup, moving: &[&Moving]) -> Option<Finding> {
     })
 }
 
+/// A body that leaves its place before the rest ends.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LeftRest {
+    /// Its number.
+    pub body: usize,
+    /// From when on, in seconds.
+    pub onset_s: f64,
+    /// How far it is by the end of the rest, in metres.
+    pub by_m: f64,
+}
+
+/// The body that is the first to leave its place before `rest_until_s`, where displacements would then count from a motion.
+pub fn first_to_leave_rest(observation: &Observation, rest_until_s: f64) -> Option<LeftRest> {
+    let n_rest = observation.times_s.partition_point(|time_s| *time_s < rest_until_s);
+    let left = observation.bodies.iter().filter_map(|track| {
+        let (frame, by_m) = left_rest(&track.position_m[..n_rest.min(track.position_m.len())])?;
+        Some(LeftRest { body: track.body, onset_s: *observation.times_s.get(frame)?, by_m })
+    });
+    left.min_by(|a, b| a.onset_s.total_cmp(&b.onset_s))
+}
+
 /// The first of some readings at rest that has left its place, where one has, and how far they come; what merely drifts has not left it.
 pub(crate) fn left_rest(readings: &[Option<Estimate>]) -> Option<(usize, f64)> {
     match moved(readings)? {

@@ -28,7 +28,7 @@ const FAST: f64 = 0.25;
 /// Fewer bodies do not tell a shear from what markers happen to look like.
 const LEAST_BODIES: usize = 4;
 /// A picture whose last line is later than its first by less than this share of a frame's period is not worth a word.
-const WORTH_A_WORD: f64 = 0.01;
+const LEAST_DELAY_SHARE: f64 = 0.01;
 /// Shears farther from their median than this many standard deviations are no shears: one of a million normal ones is.
 const STRAY_SIGMAS: f64 = 5.0;
 /// Chance below which times are corrected. A false correction moves all of them, and a shutter that does roll is told with chances far below:
@@ -57,7 +57,7 @@ pub(crate) fn rolling_shutter(
     let is_stated = setup.experiment.camera.line_time_s.is_some();
     let stated_s = setup.line_time_s();
     let contradicts = (line_time.found_s.value - stated_s).abs() * line_time.n_lines
-        > WORTH_A_WORD * line_time.period_s
+        > LEAST_DELAY_SHARE * line_time.period_s
         && line_time.p_value < SIGNIFICANCE_LEVEL;
     let corrects = !is_stated && line_time.p_value < CERTAIN;
     let stated = match is_stated {

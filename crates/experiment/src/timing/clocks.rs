@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use chainwave_analysis::probability::student;
 use chainwave_measurement::{
-    BodyTrack, Estimate, Observation, ReadingError, TrackError, robust_sigma_about_zero,
+    BodyTrack, Estimate, Observation, SharedReadingError, TrackDeviation, robust_sigma_about_zero,
 };
 use chainwave_stitching::{ClockOf, ClockShown};
 
@@ -156,21 +156,21 @@ impl Clocks {
     }
 
     /// What is not known of them, as errors of the readings.
-    pub(crate) fn errors(&self, observations: &[Observation]) -> Vec<ReadingError> {
+    pub(crate) fn errors(&self, observations: &[Observation]) -> Vec<SharedReadingError> {
         let of_clock = |clock: &FrameRateError| {
             let own = |of: &ClockOf, excess: f64| tracks_of(observations, of, excess);
             let name = &clock.of;
-            let known_to = clock.sigma.map(|sigma| ReadingError {
+            let known_to = clock.sigma.map(|sigma| SharedReadingError {
                 source: format!("clock of {name}").into(),
                 of_tracks: own(&clock.of, sigma),
             });
             let half = 0.5 * clock.excess;
             let either = clock.or.as_ref().map(|or| match or {
-                Otherwise::Clock(other) => ReadingError {
+                Otherwise::Clock(other) => SharedReadingError {
                     source: format!("clock of {name} or of {other}").into(),
                     of_tracks: [own(&clock.of, half), own(other, half)].concat(),
                 },
-                Otherwise::Pictures => ReadingError {
+                Otherwise::Pictures => SharedReadingError {
                     source: format!("clock of {name} or its pictures").into(),
                     of_tracks: own(&clock.of, half),
                 },
@@ -263,8 +263,8 @@ fn as_recordings_scatter(shown: &[ClockShown]) -> Vec<ClockShown> {
 }
 
 /// What times that are so much longer, relative to themselves, make of the readings of some recordings.
-fn tracks_of(observations: &[Observation], of: &ClockOf, excess: f64) -> Vec<TrackError> {
-    let of_track = |one: &Observation, track: &BodyTrack| TrackError {
+fn tracks_of(observations: &[Observation], of: &ClockOf, excess: f64) -> Vec<TrackDeviation> {
+    let of_track = |one: &Observation, track: &BodyTrack| TrackDeviation {
         recording: one.recording.clone(),
         body: track.body,
         error_m: (0..one.times_s.len())

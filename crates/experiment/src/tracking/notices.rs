@@ -199,10 +199,8 @@ fn drive(
     recording_alignments: &RecordingAlignments,
     one: &RecordingAlignment,
 ) -> Option<UnusualDrive> {
-    let values = recording_alignments
-        .of_recordings
-        .iter()
-        .filter_map(|standing| Some(standing.drive_deviation?.value));
+    let values =
+        recording_alignments.of_recordings.iter().filter_map(|aligned| Some(aligned.drive_deviation?.value));
     let values = values.collect();
     let scatter = experiment.drive_scatter();
     let found = one.drive_deviation?;
@@ -236,19 +234,19 @@ mod tests {
 
     #[test]
     fn a_trigger_is_unusual_by_the_stated_scatter_and_its_own_error() {
-        let standing = |number: usize, offset_us: f64, sigma_us: f64| RecordingAlignment {
+        let aligned = |number: usize, offset_us: f64, sigma_us: f64| RecordingAlignment {
             recording: format!("trial{number}"),
             trigger_offset_s: Estimate::new(1e-6 * offset_us, 1e-6 * sigma_us),
             drive_deviation: None,
         };
-        let usual = [90.0, 95.0, 100.0, 105.0, 110.0].map(|offset_us| standing(1, offset_us, 1.0));
+        let usual = [90.0, 95.0, 100.0, 105.0, 110.0].map(|offset_us| aligned(1, offset_us, 1.0));
         assert!(unusual_triggers(1e-5, &usual).is_empty());
         // 35 us from the median where 10 are stated; less than 2.58 of what is stated and of an error of its own of 15 us.
-        let told = unusual_triggers(1e-5, &[&usual[..], &[standing(4, 140.0, 1.0)]].concat());
+        let told = unusual_triggers(1e-5, &[&usual[..], &[aligned(4, 140.0, 1.0)]].concat());
         let [said] = told.as_slice() else { panic!("one notice, found {told:?}") };
         assert_eq!((said.code, said.subject.as_str()), ("unusual_trigger", "trial4"));
         assert!(said.text.contains("(3.5 of the stated scatter)"), "{}", said.text);
-        assert!(unusual_triggers(1e-5, &[&usual[..], &[standing(4, 140.0, 15.0)]].concat()).is_empty());
+        assert!(unusual_triggers(1e-5, &[&usual[..], &[aligned(4, 140.0, 15.0)]].concat()).is_empty());
         assert!(unusual_triggers(1e-5, &[]).is_empty());
     }
 }

@@ -2,7 +2,7 @@
 
 use std::num::NonZero;
 
-use chainwave_measurement::{Estimate, ReadingError};
+use chainwave_measurement::{Estimate, SharedReadingError};
 use chainwave_mechanics::Chain;
 
 use crate::quantity::Known;
@@ -17,7 +17,7 @@ pub struct TrackModel {
     /// Quantities that are known only within an uncertainty; the others count as exact.
     pub known: Vec<Known>,
     /// Errors that readings have in common, beside the noise in their sigmas.
-    pub reading_errors: Vec<ReadingError>,
+    pub reading_errors: Vec<SharedReadingError>,
     /// Threads that carry the simulations; the result does not depend on their number.
     pub n_threads: NonZero<usize>,
 }

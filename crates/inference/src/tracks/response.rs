@@ -2,7 +2,7 @@
 
 use std::{num::NonZero, ops::Range};
 
-use chainwave_measurement::{BodyTrack, Instant, map_in_parallel};
+use chainwave_measurement::{BodyTrack, SampleWeights, map_in_parallel};
 use chainwave_mechanics::{Chain, MechanicsError, ReferenceMotion, Schedule};
 
 use super::family::{Family, N_DERIVATIVE_NODES, Weights};
@@ -25,7 +25,7 @@ pub(super) struct Driven<'a> {
     slope: Weights,
     of_derivatives: [f64; N_DERIVATIVE_NODES],
     /// None where a body is at rest still, or the simulation has ended.
-    instants: Vec<Option<Instant>>,
+    instants: Vec<Option<SampleWeights>>,
     /// The output before each frame; the first one for those before the impact.
     before: Vec<usize>,
 }
@@ -87,10 +87,11 @@ impl Response {
         let of_derivatives = self.family.weights_of_derivatives(striker_m_per_s);
         // At rest until the impact; a motion that ended before says nothing of what follows.
         let moves = |time_s: f64| time_s >= impact_s;
-        let instant =
-            |time_s: &f64| moves(*time_s).then(|| Instant::among(&self.times_s, time_s - impact_s)).flatten();
-        let instants: Vec<Option<Instant>> = times_s.iter().map(instant).collect();
-        let before = |(time_s, instant): (&f64, &Option<Instant>)| match instant {
+        let instant = |time_s: &f64| {
+            moves(*time_s).then(|| SampleWeights::among(&self.times_s, time_s - impact_s)).flatten()
+        };
+        let instants: Vec<Option<SampleWeights>> = times_s.iter().map(instant).collect();
+        let before = |(time_s, instant): (&f64, &Option<SampleWeights>)| match instant {
             Some(instant) => instant.samples()[0],
             None if moves(*time_s) => usize::MAX,
             None => 0,
@@ -106,13 +107,13 @@ impl Driven<'_> {
         let Self { response, value, slope, .. } = self;
         let frames = window.frames(&self.before);
         let instants = &self.instants[frames.clone()];
-        let samples = || instants.iter().flatten().flat_map(Instant::samples);
+        let samples = || instants.iter().flatten().flat_map(SampleWeights::samples);
         let start = samples().min().unwrap_or(window.outputs.start);
         let range = start..samples().max().map_or(start, |last| last + 1);
-        let instants: Vec<Option<Instant>> =
+        let instants: Vec<Option<SampleWeights>> =
             instants.iter().map(|one| one.map(|instant| instant.counted_from(start))).collect();
         let positions = &track.position_m[frames.clone()];
-        let read = |of_instant: &dyn Fn(&Instant) -> f64| -> Vec<f64> {
+        let read = |of_instant: &dyn Fn(&SampleWeights) -> f64| -> Vec<f64> {
             let seen = instants.iter().zip(positions).filter(|(_, position)| position.is_some());
             seen.map(|(instant, _)| instant.as_ref().map_or(0.0, of_instant)).collect()
         };

@@ -22,7 +22,7 @@ const WIDE_SHARE: f64 = 0.9;
 
 /// Chi squared, in units of the residuals' variance, that a hypothesis takes away and errors which readings share may feign: what is known of
 /// them is their size and how far they reach, and ten standard deviations of one number are what they were seen to make.
-const FEIGNED: f64 = 100.0;
+const FEIGNED_CHI_SQUARED: f64 = 100.0;
 
 /// A hypothesis whose chi squared is farther behind the best one's than this is a thousand times less likely, and no rival.
 const FAR_BEHIND: f64 = 14.0;
@@ -122,7 +122,7 @@ pub(super) fn explained(observations: &[Observation], mut fit: Fit) -> (Fit, Riv
         let mut found = found.into_iter();
         let Some((_, best)) = found.next() else {
             let is_feigned = may_be_feigned && !fit.beyond.is_empty();
-            let is_little = (stated_cost - cost(&fit)) / unit(&fit) < FEIGNED;
+            let is_little = (stated_cost - cost(&fit)) / unit(&fit) < FEIGNED_CHI_SQUARED;
             let stated = (is_feigned && is_little).then_some(stated);
             return (fit, Rivals { instead, beside: told.undecided, stated });
         };

@@ -1,7 +1,7 @@
 //! Errors that readings share, as the fit to tracks takes them: amplitudes of unit variance that it finds along with the recordings' own
 //! unknowns, so that a reading counts by what it says beyond them.
 
-use chainwave_measurement::{Observation, ReadingError};
+use chainwave_measurement::{Observation, SharedReadingError};
 
 /// The errors that the readings of some recordings share.
 pub(super) struct SharedErrors<'a> {
@@ -21,7 +21,7 @@ struct OfRecording<'a> {
 
 impl<'a> SharedErrors<'a> {
     /// Of those recordings and tracks that are there.
-    pub(super) fn of(observations: &[Observation], errors: &'a [ReadingError]) -> Self {
+    pub(super) fn of(observations: &[Observation], errors: &'a [SharedReadingError]) -> Self {
         let found: Vec<Vec<(usize, usize, &[f64])>> =
             errors.iter().map(|error| places(observations, error)).collect();
         let groups = groups(observations.len(), found.iter().filter(|places| !places.is_empty()));
@@ -71,8 +71,8 @@ impl<'a> OfRecording<'a> {
 }
 
 /// The tracks that have an error: recording, place among its bodies, and the error frame by frame.
-fn places<'a>(observations: &[Observation], error: &'a ReadingError) -> Vec<(usize, usize, &'a [f64])> {
-    let place = |one: &'a chainwave_measurement::TrackError| {
+fn places<'a>(observations: &[Observation], error: &'a SharedReadingError) -> Vec<(usize, usize, &'a [f64])> {
+    let place = |one: &'a chainwave_measurement::TrackDeviation| {
         let recording = observations.iter().position(|other| other.recording == one.recording)?;
         let track = observations[recording].bodies.iter().position(|track| track.body == one.body)?;
         let is_felt = one.error_m.iter().any(|error_m| *error_m != 0.0);
@@ -101,7 +101,7 @@ fn groups<'a>(n: usize, errors: impl Iterator<Item = &'a Vec<(usize, usize, &'a 
 
 #[cfg(test)]
 mod tests {
-    use chainwave_measurement::{BodyTrack, TrackError};
+    use chainwave_measurement::{BodyTrack, TrackDeviation};
 
     use super::*;
 
@@ -116,13 +116,13 @@ mod tests {
         }
     }
 
-    fn error(of: &[(&str, usize, f64)]) -> ReadingError {
-        let of_track = |(recording, body, error_m): &(&str, usize, f64)| TrackError {
+    fn error(of: &[(&str, usize, f64)]) -> SharedReadingError {
+        let of_track = |(recording, body, error_m): &(&str, usize, f64)| TrackDeviation {
             recording: (*recording).into(),
             body: *body,
             error_m: vec![0.0, *error_m],
         };
-        ReadingError { source: "a pattern".into(), of_tracks: of.iter().map(of_track).collect() }
+        SharedReadingError { source: "a pattern".into(), of_tracks: of.iter().map(of_track).collect() }
     }
 
     #[test]

@@ -33,7 +33,8 @@ fn chain(damping_kg_per_s: f64) -> Chain {
 fn motion() -> ChainMotion {
     let moved = simulate(&chain(C_D), &Schedule::automatic(0.012, INTERVAL_S / 4.0)).unwrap().trajectory;
     let times_s: Vec<f64> = (-20..240).map(|k| f64::from(k) * INTERVAL_S).collect();
-    let of = |(row, k): (usize, usize), value: &dyn Fn(&chainwave_measurement::Moment<'_>, usize) -> f64| {
+    let of = |(row, k): (usize, usize),
+              value: &dyn Fn(&chainwave_measurement::TrajectoryAt<'_>, usize) -> f64| {
         let since_s = times_s[k] - RELEASE_S;
         if since_s < 0.0 { 0.0 } else { moved.at(since_s).map_or(0.0, |moment| value(&moment, row)) }
     };

@@ -6,7 +6,7 @@ use chainwave_inference::{
     Damping, FitError, Hypothesis, Known, Quantity, TrackFit, TrackModel, fit_tracks, fitted_motion, reached,
     scatter_of_bodies,
 };
-use chainwave_measurement::{BodyTrack, Estimate, Observation, ReadingError, TrackError};
+use chainwave_measurement::{BodyTrack, Estimate, Observation, SharedReadingError, TrackDeviation};
 use chainwave_mechanics::{Chain, Drive, FarEnd, FarStriker, Schedule, Striker, simulate};
 use rand::SeedableRng;
 use rand_distr::{Distribution, Normal};
@@ -112,7 +112,7 @@ fn pattern_um(part: usize, away_mm: f64) -> f64 {
 }
 
 /// The errors of each body in each view, and the experiment with one draw of them.
-fn patterned(seed: u64) -> (Experiment, Vec<ReadingError>) {
+fn patterned(seed: u64) -> (Experiment, Vec<SharedReadingError>) {
     let mut made = experiment(seed, 1.0);
     let mut random = Pcg64Mcg::seed_from_u64(1000 + seed);
     let mut errors = Vec::new();
@@ -128,9 +128,9 @@ fn patterned(seed: u64) -> (Experiment, Vec<ReadingError>) {
                 for (x, error_m) in track.position_m.iter_mut().zip(&error_m) {
                     *x = x.map(|x| Estimate::new(x.value + amplitude * error_m, x.sigma));
                 }
-                of_tracks.push(TrackError { recording: one.recording.clone(), body, error_m });
+                of_tracks.push(TrackDeviation { recording: one.recording.clone(), body, error_m });
             }
-            errors.push(ReadingError { source: "a pattern".into(), of_tracks });
+            errors.push(SharedReadingError { source: "a pattern".into(), of_tracks });
         }
     }
     (made, errors)

@@ -2,7 +2,7 @@
 
 use super::{
     recorder::Recorder,
-    run::{Order, Pacing, Run},
+    run::{Pacing, Run, RunRequest},
     schedule::{Integration, Schedule},
     simulation::Simulation,
     step_size::Pace,
@@ -35,7 +35,7 @@ const MAX_HALVINGS: u32 = 16;
 /// A simulation, and how to go through it again.
 pub(crate) struct Carried {
     pub(crate) simulation: Simulation,
-    pub(crate) order: Order,
+    pub(crate) order: RunRequest,
     /// The chain that was integrated in place of the one that was asked for.
     pub(crate) instead: Option<Chain>,
 }
@@ -74,8 +74,8 @@ impl Carried {
 }
 
 impl Assignment<'_> {
-    fn order(&self, method: Method, pacing: Pacing) -> Order {
-        Order {
+    fn order(&self, method: Method, pacing: Pacing) -> RunRequest {
+        RunRequest {
             method,
             pacing,
             bodies: self.schedule.bodies,

@@ -39,11 +39,11 @@ impl Change {
     }
 
     /// Where it changes how the bodies accelerate.
-    pub(crate) fn seat(&self) -> Seat {
+    pub(crate) fn seat(&self) -> ChangedPart {
         let Self { below, above, .. } = self;
         let of_far = |chain: &Chain| chain.far_striker().and_then(|far| far.contact.clone());
         if below.contact != above.contact || of_far(below) != of_far(above) {
-            return Seat::Contacts;
+            return ChangedPart::Contacts;
         }
         let felt = |striker: &Striker| (striker.mass_kg, striker.damping_kg_per_s);
         let of_striker = |chain: &Chain| {
@@ -58,19 +58,19 @@ impl Change {
             || below.ground_stiffness_n_per_m != above.ground_stiffness_n_per_m
             || below.ground_law != above.ground_law
             || of_striker(below) != of_striker(above);
-        if is_felt { Seat::MassesAndDampers } else { Seat::Drive }
+        if is_felt { ChangedPart::MassesAndDampers } else { ChangedPart::Drive }
     }
 }
 
 /// By what derivatives are asked for.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Asked<'a> {
+pub(crate) struct DerivativeRequest<'a> {
     pub(crate) changes: &'a [Change],
     /// Forces of dry friction whose effect is asked for behind the changes, in newtons.
     pub(crate) frictions_n: &'a [f64],
 }
 
-impl Asked<'_> {
+impl DerivativeRequest<'_> {
     /// Everything asked for.
     pub(crate) fn n(&self) -> usize {
         self.changes.len() + self.frictions_n.len()
@@ -79,7 +79,7 @@ impl Asked<'_> {
 
 /// What a change is in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Seat {
+pub(crate) enum ChangedPart {
     /// What the gaps hold.
     Contacts,
     /// The same springs move other masses, or against other dampers or what holds them to ground.

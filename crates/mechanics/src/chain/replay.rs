@@ -5,7 +5,7 @@ use ndarray::{Array2, ShapeBuilder};
 
 use super::{
     record::Record,
-    run::{Order, Place, Run},
+    run::{Run, RunRequest, RunState},
     step_size::Pace,
 };
 use crate::equations::{parameters::Chain, row::Row, state::ChainState};
@@ -23,7 +23,7 @@ pub struct Stretch {
 /// A motion on its way from output to output, the same to the last bit as when it was solved first.
 pub struct Replay<'a> {
     run: Run<'a, Steps>,
-    at: Place,
+    at: RunState,
     /// Steps between outputs, and how long one is.
     n_between: usize,
     interval_s: f64,
@@ -61,7 +61,7 @@ impl Steps {
 
 impl<'a> Replay<'a> {
     /// From t = 0, of a chain that was integrated by an order.
-    pub(super) fn of(chain: &'a Chain, order: Order, n_outputs: usize) -> Result<Self, MechanicsError> {
+    pub(super) fn of(chain: &'a Chain, order: RunRequest, n_outputs: usize) -> Result<Self, MechanicsError> {
         let n_masses = Row::of(chain).n_masses();
         let steps = Steps { n_masses, x_m: Vec::new(), v_m_per_s: Vec::new() };
         let (run, at) = Run::begin(chain, &Pace::new(chain), order, steps)?;

@@ -33,7 +33,7 @@ const NEGLIGIBLE_AT_CONSTANT_STEPS: f64 = 1e-16;
 
 /// What a run is asked for.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Order {
+pub(crate) struct RunRequest {
     pub(crate) method: Method,
     pub(crate) pacing: Pacing,
     pub(crate) bodies: Bodies,
@@ -55,7 +55,7 @@ pub(crate) enum Pacing {
 /// One integration, and what it collects: in `R`, as it is asked for, the motion at its outputs.
 pub(crate) struct Run<'a, R> {
     model: ChainModel<'a>,
-    order: Order,
+    order: RunRequest,
     rung: Rung,
     front: Front,
     pub(crate) record: R,
@@ -68,7 +68,7 @@ pub(crate) struct Run<'a, R> {
 }
 
 /// Where a run stands.
-pub(crate) struct Place {
+pub(crate) struct RunState {
     state: ChainState,
     /// Room for the state behind a step, and for those within it.
     ahead: ChainState,
@@ -82,7 +82,11 @@ pub(crate) struct Place {
 
 impl<'a> Run<'a, Recorder> {
     /// Integrates to the last output.
-    pub(crate) fn complete(chain: &'a Chain, pace: &Pace<'_>, order: Order) -> Result<Self, MechanicsError> {
+    pub(crate) fn complete(
+        chain: &'a Chain,
+        pace: &Pace<'_>,
+        order: RunRequest,
+    ) -> Result<Self, MechanicsError> {
         let kept = (0..order.n_outputs).step_by(order.keep_every);
         let times_s: Vec<f64> = kept.map(|k| k as f64 * order.output_interval_s).collect();
         let recorder = Recorder::new(chain.n_bodies(), times_s, order.keep_every, &Row::of(chain));
@@ -126,9 +130,9 @@ impl<'a, R: Record> Run<'a, R> {
     pub(crate) fn begin(
         chain: &'a Chain,
         pace: &Pace<'_>,
-        order: Order,
+        order: RunRequest,
         record: R,
-    ) -> Result<(Self, Place), MechanicsError> {
+    ) -> Result<(Self, RunState), MechanicsError> {
         let model = ChainModel::new(chain);
         if order.method.is_symplectic() && model.has_neighbours_coupled() {
             let what = "dashpots between neighbours";
@@ -155,7 +159,7 @@ impl<'a, R: Record> Run<'a, R> {
             order,
         };
         run.output(0, &state)?;
-        let at = Place {
+        let at = RunState {
             ahead: state.clone(),
             between: state.clone(),
             state,
@@ -168,7 +172,7 @@ impl<'a, R: Record> Run<'a, R> {
     }
 
     /// Steps on until an output is recorded, and any other ones within the last step.
-    pub(crate) fn go_on(&mut self, at: &mut Place, output: usize) -> Result<(), MechanicsError> {
+    pub(crate) fn go_on(&mut self, at: &mut RunState, output: usize) -> Result<(), MechanicsError> {
         while at.next_output <= output.min(self.order.n_outputs - 1) {
             self.begin_step(&at.state, at.continued);
             let time_s = at.time_s;
@@ -282,7 +286,7 @@ impl<'a, R: Record> Run<'a, R> {
     }
 
     /// What it was asked for.
-    pub(crate) fn order(&self) -> Order {
+    pub(crate) fn order(&self) -> RunRequest {
         self.order
     }
 
@@ -337,7 +341,7 @@ const LEAST_STEP_RAD: f64 = 1e-9;
 
 impl Control {
     fn new(
-        order: &Order,
+        order: &RunRequest,
         pace: &Pace<'_>,
         model: &ChainModel<'_>,
         state: &ChainState,
@@ -383,7 +387,7 @@ impl Control {
     }
 
     /// Where the steps must stop next.
-    fn target_s(&self, time_s: f64, next_output: usize, order: &Order) -> f64 {
+    fn target_s(&self, time_s: f64, next_output: usize, order: &RunRequest) -> f64 {
         let interval_s = order.output_interval_s;
         if self.adaptive.is_none() {
             let start_s = (next_output - 1) as f64 * interval_s;
@@ -455,7 +459,7 @@ impl Control {
         if self.reached_m > 0.0 { self.error * (self.x_m / self.reached_m).max(1.0) } else { self.error }
     }
 
-    fn out_of_reach(&self, order: &Order, time_s: f64, h_s: f64) -> MechanicsError {
+    fn out_of_reach(&self, order: &RunRequest, time_s: f64, h_s: f64) -> MechanicsError {
         let Pacing::Adaptive { accuracy, .. } = order.pacing else {
             return MechanicsError::NotFinite { time_s };
         };

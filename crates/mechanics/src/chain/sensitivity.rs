@@ -8,9 +8,9 @@ use ndarray::{Array2, ShapeBuilder};
 
 use super::{
     automatic::{self, Carried},
-    change::{Asked, Change},
+    change::{Change, DerivativeRequest},
     replay::{Replay, Stretch},
-    run::Order,
+    run::RunRequest,
     schedule::Schedule,
     simulation::Simulation,
     step_size::Pace,
@@ -51,7 +51,7 @@ pub fn simulate_with_sensitivities(
     schedule: &Schedule,
     changes: &[Change],
 ) -> Result<Sensitivities, MechanicsError> {
-    solve(chain, schedule, Asked { changes, frictions_n: &[] })
+    solve(chain, schedule, DerivativeRequest { changes, frictions_n: &[] })
 }
 
 /// The same, and behind the derivatives by the changes what dry friction does to the motion, for each of some forces: the motion with it less
@@ -69,10 +69,14 @@ pub fn simulate_with_friction(
     changes: &[Change],
     frictions_n: &[f64],
 ) -> Result<Sensitivities, MechanicsError> {
-    solve(chain, schedule, Asked { changes, frictions_n })
+    solve(chain, schedule, DerivativeRequest { changes, frictions_n })
 }
 
-fn solve(chain: &Chain, schedule: &Schedule, asked: Asked<'_>) -> Result<Sensitivities, MechanicsError> {
+fn solve(
+    chain: &Chain,
+    schedule: &Schedule,
+    asked: DerivativeRequest<'_>,
+) -> Result<Sensitivities, MechanicsError> {
     let motion = ReferenceMotion::solve(chain, schedule)?;
     let derivatives = motion.derivatives(asked.changes, asked.frictions_n)?;
     Ok(Sensitivities { simulation: motion.simulation, derivatives })
@@ -89,7 +93,7 @@ pub struct ReferenceMotion<'a> {
     /// At the outputs.
     simulation: Simulation,
     /// How it was integrated, with outputs at all steps of the variational equations, and what was in place of the chain.
-    order: Order,
+    order: RunRequest,
     instead: Option<Chain>,
 }
 
@@ -137,7 +141,7 @@ impl<'a> ReferenceMotion<'a> {
     ) -> Result<Variations<'b>, MechanicsError> {
         changes.iter().enumerate().try_for_each(|(index, change)| change.check(index, self.chain))?;
         frictions_n.iter().try_for_each(|force_n| check::not_negative("friction_n", *force_n))?;
-        let asked = Asked { changes, frictions_n };
+        let asked = DerivativeRequest { changes, frictions_n };
         Ok(Variations {
             motion: self,
             tangent: Tangent::new(self.chain, &self.model, asked),

@@ -5,7 +5,7 @@ mod along;
 use chainwave_measurement::Trajectory;
 use pulp::{Simd, WithSimd};
 
-use super::change::Asked;
+use super::change::DerivativeRequest;
 use crate::equations::{model::ChainModel, parameters::Chain, row::End};
 use crate::lanes::{self};
 use along::{Along, Closing, Coefficients};
@@ -51,7 +51,7 @@ struct Derivatives {
 
 impl<'a> Tangent<'a> {
     /// At t = 0.
-    pub(crate) fn new(chain: &Chain, model: &'a ChainModel<'a>, asked: Asked<'a>) -> Self {
+    pub(crate) fn new(chain: &Chain, model: &'a ChainModel<'a>, asked: DerivativeRequest<'a>) -> Self {
         let n_lanes = asked.n().next_multiple_of(lanes::width());
         let row = vec![0.0; (model.n_masses() + 1) * n_lanes];
         let zero = Derivatives { s: row.clone(), u: row.clone() };

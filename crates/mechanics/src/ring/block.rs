@@ -61,7 +61,7 @@ pub(crate) struct Joints {
 
 /// What blocks share: the element loop, and how many rings go in a vector.
 #[derive(Debug)]
-pub(crate) struct Machine {
+pub(crate) struct BlockStepper {
     pub(crate) kernel: RingKernel,
     walls: Walls,
     /// Rings in a vector.
@@ -69,7 +69,7 @@ pub(crate) struct Machine {
     n_inner: usize,
 }
 
-impl Machine {
+impl BlockStepper {
     pub(crate) fn new(rod: &Rod, walls: Walls, clock: &RingClock) -> Self {
         let lanes = lanes::width().min(RINGS);
         let kernel = RingKernel::new(rod, clock.dt_s, clock.decay_per_s);
@@ -231,7 +231,7 @@ impl Machine {
 }
 
 struct StepBlocks<'a, const BOOK: bool, const DAMPED: bool> {
-    machine: &'a Machine,
+    machine: &'a BlockStepper,
     blocks: &'a mut [RingBlock],
     scratch: &'a mut AlignedRow,
 }
@@ -247,7 +247,7 @@ impl<const BOOK: bool, const DAMPED: bool> WithSimd for StepBlocks<'_, BOOK, DAM
     }
 }
 
-impl Machine {
+impl BlockStepper {
     /// Steps a block's rings. All of a block go by the polynomials or roots that the one bent most asks for, so that no ring's digits
     /// depend on how many fit a vector. What reached in the last step is tried first, and where less would have, that in the next.
     #[inline(always)]

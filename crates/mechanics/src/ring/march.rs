@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use super::{
-    block::{Joints, Machine, RINGS, RingBlock},
+    block::{BlockStepper, Joints, RINGS, RingBlock},
     chain::{RingChain, RingDrive},
     clock::RingClock,
     driver::{Driver, Units},
@@ -49,7 +49,7 @@ impl<'a> RingRun<'a> {
         chain: &'a RingChain,
         schedule: &RingSchedule,
         clock: &'a RingClock,
-        machine: &Machine,
+        machine: &BlockStepper,
     ) -> Result<Self, MechanicsError> {
         let units = Units {
             length_m: machine.kernel.length_m(),
@@ -82,7 +82,7 @@ impl<'a> RingRun<'a> {
     }
 
     /// Takes all steps; threads share the blocks that the wave has reached, anew from time to time.
-    pub(crate) fn go(&mut self, machine: &Machine, n_threads: usize) -> Result<(), MechanicsError> {
+    pub(crate) fn go(&mut self, machine: &BlockStepper, n_threads: usize) -> Result<(), MechanicsError> {
         let end = (self.clock.n_outputs as u64 - 1) * self.clock.steps_per_output + 1;
         let (mut alone, mut next_alone) = (0_u32, SHARES_ALONE);
         for start in (0..end).step_by(STEPS_PER_SHARE as usize) {
@@ -146,7 +146,7 @@ impl<'a> RingRun<'a> {
 }
 
 /// Runs each span on a thread of its own, the first on this one. A panic of any ends the others at their next exchange and goes on here.
-fn run_in_parallel(spans: Vec<Span<'_, '_>>, machine: &Machine, stretch: &Stretch) -> Vec<Progress> {
+fn run_in_parallel(spans: Vec<Span<'_, '_>>, machine: &BlockStepper, stretch: &Stretch) -> Vec<Progress> {
     let outcomes: std::thread::Result<Vec<Progress>> = std::thread::scope(|scope| {
         let mut spans = spans.into_iter();
         let first = spans.next();
@@ -207,8 +207,8 @@ mod tests {
     const SCHEDULE: RingSchedule =
         RingSchedule { duration_s: 1e-3, output_interval_s: 1e-4, dt_s: None, shapes: false, n_threads: 3 };
 
-    fn machine_of(chain: &RingChain, clock: &RingClock) -> Machine {
-        Machine::new(&clock.rod, Walls::new(&chain.ring, clock.half.nodes_m.clone()), clock)
+    fn machine_of(chain: &RingChain, clock: &RingClock) -> BlockStepper {
+        BlockStepper::new(&clock.rod, Walls::new(&chain.ring, clock.half.nodes_m.clone()), clock)
     }
 
     /// A block with the nodes of a coarser mesh is too short for the element loop, which panics in the thread that has it: the first

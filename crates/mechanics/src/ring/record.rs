@@ -1,7 +1,7 @@
 //! What a block of rings did at the outputs: motion, energies, peaks, contact of walls.
 
 use super::{
-    block::{Joints, Machine, RINGS, RingBlock},
+    block::{BlockStepper, Joints, RINGS, RingBlock},
     driver::DriveStep,
 };
 
@@ -59,14 +59,14 @@ impl BlockRecord {
     }
 
     /// Keeps the largest strain energy of each ring, after a step that booked it.
-    pub(crate) fn look_for_peaks(&mut self, machine: &Machine, block: &RingBlock) {
+    pub(crate) fn look_for_peaks(&mut self, machine: &BlockStepper, block: &RingBlock) {
         for (peak, energy) in self.peak_energies.iter_mut().zip(&block.strain_energy) {
             *peak = peak.max(*energy / machine.kernel.gain());
         }
     }
 
     /// Looks for a ring whose walls touch, after a step of the inner nodes and before that of the joints.
-    pub(crate) fn look_for_contact(&mut self, machine: &Machine, block: &RingBlock, step: u64) {
+    pub(crate) fn look_for_contact(&mut self, machine: &BlockStepper, block: &RingBlock, step: u64) {
         if self.contact.is_none() {
             self.contact = machine.touching(block, &mut self.places_m).map(|ring| (step, ring));
         }
@@ -76,7 +76,7 @@ impl BlockRecord {
     /// output.
     pub(crate) fn book(
         &mut self,
-        machine: &Machine,
+        machine: &BlockStepper,
         block: &RingBlock,
         before: &Before,
         output: Option<usize>,
@@ -88,7 +88,14 @@ impl BlockRecord {
         self.lost += lost;
     }
 
-    fn write(&mut self, machine: &Machine, block: &RingBlock, before: &Before, output: usize, lost: f64) {
+    fn write(
+        &mut self,
+        machine: &BlockStepper,
+        block: &RingBlock,
+        before: &Before,
+        output: usize,
+        lost: f64,
+    ) {
         if self.motion.is_empty() {
             self.first_output = output;
         }
@@ -106,7 +113,7 @@ impl BlockRecord {
     }
 }
 
-fn balance(machine: &Machine, block: &RingBlock, before: &Before, lost: f64) -> Balance {
+fn balance(machine: &BlockStepper, block: &RingBlock, before: &Before, lost: f64) -> Balance {
     let (mut kinetic, mut momentum) = (0.0, 0.0);
     for j in 0..block.n_own_joints {
         let inverse_mass = block.joints.inverse_masses[j];
@@ -129,7 +136,7 @@ fn balance(machine: &Machine, block: &RingBlock, before: &Before, lost: f64) -> 
 }
 
 /// Energy that the dampers of a block's rings took in the step just made.
-fn lost(machine: &Machine, block: &RingBlock, before: &Before) -> f64 {
+fn lost(machine: &BlockStepper, block: &RingBlock, before: &Before) -> f64 {
     if !machine.is_damped() {
         return 0.0;
     }

@@ -3,7 +3,7 @@
 use nalgebra::DVector;
 
 use super::{
-    block::{Machine, RINGS, RingBlock},
+    block::{BlockStepper, RINGS, RingBlock},
     compression::advance,
     driver::Units,
     rod::Rod,
@@ -43,7 +43,7 @@ impl<'a> Release<'a> {
     }
 
     /// Puts blocks at rest into this state, their velocities half a step before it.
-    pub(crate) fn set(&self, machine: &Machine, blocks: &mut [RingBlock], units: Units) {
+    pub(crate) fn set(&self, machine: &BlockStepper, blocks: &mut [RingBlock], units: Units) {
         let velocity_unit = units.length_m / units.dt_s;
         // v(0) is the mean of the velocities half a step before and after, keep v + f. Inner nodes are in equilibrium: no f.
         let before =

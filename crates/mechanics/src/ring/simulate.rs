@@ -1,7 +1,7 @@
 //! The ring model's door: integrates a chain of rings up to a contact of walls.
 
 use super::{
-    block::Machine, chain::RingChain, clock::RingClock, march::RingRun, schedule::RingSchedule,
+    block::BlockStepper, chain::RingChain, clock::RingClock, march::RingRun, schedule::RingSchedule,
     simulation::RingSimulation, walls::Walls,
 };
 use crate::error::MechanicsError;
@@ -26,7 +26,7 @@ pub fn simulate_rings(chain: &RingChain, schedule: &RingSchedule) -> Result<Ring
 
 fn march(chain: &RingChain, schedule: &RingSchedule) -> Result<RingSimulation, MechanicsError> {
     let clock = RingClock::new(chain, schedule)?;
-    let machine = Machine::new(&clock.rod, Walls::new(&chain.ring, clock.half.nodes_m.clone()), &clock);
+    let machine = BlockStepper::new(&clock.rod, Walls::new(&chain.ring, clock.half.nodes_m.clone()), &clock);
     let mut run = RingRun::new(chain, schedule, &clock, &machine)?;
     run.go(&machine, schedule.n_threads)?;
     Ok(run.finish(chain, schedule))

@@ -1,7 +1,7 @@
 //! Neighbouring blocks that one thread moves, step by step.
 
 use super::{
-    block::{Machine, RINGS, RingBlock},
+    block::{BlockStepper, RINGS, RingBlock},
     driver::Driver,
     link::{Bank, Link},
     record::{Before, BlockRecord},
@@ -41,7 +41,7 @@ pub(crate) struct Progress {
 
 impl Span<'_, '_> {
     /// Takes the steps, or those until a neighbour left in a panic.
-    pub(crate) fn run(mut self, machine: &Machine, stretch: &Stretch) -> Progress {
+    pub(crate) fn run(mut self, machine: &BlockStepper, stretch: &Stretch) -> Progress {
         let mut presence = Presence { links: [self.left, self.right], has_finished: false };
         let mut scratch = machine.scratch();
         let mut block_steps = 0;
@@ -87,7 +87,7 @@ impl Span<'_, '_> {
     }
 
     /// Moves the joints by a step; returns none where a neighbour has left, whose force they would need.
-    fn move_joints(&mut self, machine: &Machine, step: u64, output: Option<usize>) -> Option<()> {
+    fn move_joints(&mut self, machine: &BlockStepper, step: u64, output: Option<usize>) -> Option<()> {
         let force = |link: Option<&Link>, bank: Bank| link.map_or(Some(0.0), |link| link.hear(bank, step));
         let mut left = force(self.left, Bank::Right)?;
         let from_right = force(self.right, Bank::Left)?;

@@ -15,10 +15,10 @@ pub(super) fn section(results: &Results, states: &[RecordingState]) -> String {
         let of = |number: &dyn Fn(&Quality) -> Option<String>| {
             Cell::Number(quality.as_ref().and_then(number).unwrap_or_default())
         };
-        let standing = standing_of(evaluation, name);
-        let aligned = |number: &dyn Fn(&Alignment, &RecordingAlignment) -> String| {
+        let alignment = alignment_of(evaluation, name);
+        let of_alignment = |number: &dyn Fn(&Alignment, &RecordingAlignment) -> String| {
             Cell::Number(
-                standing.map_or_else(String::new, |(alignment, standing)| number(alignment, standing)),
+                alignment.map_or_else(String::new, |(without_model, used)| number(without_model, used)),
             )
         };
         vec![
@@ -30,15 +30,15 @@ pub(super) fn section(results: &Results, states: &[RecordingState]) -> String {
             of(&|quality| Some(quality.n_bodies.to_string())),
             of(&|quality| Some(format!("{:.2}", quality.lost_percent))),
             of(&|quality| quality.sigma_px.map(|sigma_px| format!("{sigma_px:.4}"))),
-            aligned(&|_, standing| {
-                let offset = standing.trigger_offset_s.scaled(1e6);
+            of_alignment(&|_, used| {
+                let offset = used.trigger_offset_s.scaled(1e6);
                 format!("{:+.2} ± {:.2}", offset.value, offset.sigma)
             }),
-            aligned(&|_, standing| match standing.drive_deviation.map(|drive| drive.scaled(100.0)) {
+            of_alignment(&|_, used| match used.drive_deviation.map(|drive| drive.scaled(100.0)) {
                 Some(drive) => format!("{:+.3} ± {:.3}", drive.value, drive.sigma),
                 None => "refused".into(),
             }),
-            aligned(&|alignment, _| format!("{:.2}", alignment.scatter_ratio)),
+            of_alignment(&|without_model, _| format!("{:.2}", without_model.scatter_ratio)),
         ]
     };
     let heads = [
@@ -85,11 +85,12 @@ impl Quality {
     }
 }
 
-fn standing_of<'a>(
+/// A recording's alignment without the model, and the one that is used.
+fn alignment_of<'a>(
     evaluation: &'a Evaluation,
     recording: &str,
 ) -> Option<(&'a Alignment, &'a RecordingAlignment)> {
-    let mut aligned =
+    let mut alignments =
         evaluation.stitched.alignments.iter().zip(&evaluation.recording_alignments.of_recordings);
-    aligned.find(|(alignment, _)| alignment.recording == recording)
+    alignments.find(|(alignment, _)| alignment.recording == recording)
 }

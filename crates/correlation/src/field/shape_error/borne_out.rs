@@ -17,7 +17,7 @@ use crate::warp::Warp;
 use crate::{PreparedSubset, Window, Workspace};
 
 /// Share of the polynomial below which the residuals hold rather nothing of it.
-const RATHER_NOTHING: f64 = 0.5;
+const LEAST_SHARE_HELD: f64 = 0.5;
 /// Standard deviations by which the whole of it is not what they hold.
 const NOT_THE_WHOLE: f64 = 2.0;
 
@@ -57,7 +57,7 @@ fn is_refuted_by(
     let variance = residual.sum_of_squares / degrees_of_freedom(subset) as f64 / compared.gain.powi(2);
     (0..2).any(|axis| {
         let sigma = (variance * inverse[(axis, axis)]).sqrt();
-        held[axis] < RATHER_NOTHING && held[axis] + NOT_THE_WHOLE * sigma < 1.0
+        held[axis] < LEAST_SHARE_HELD && held[axis] + NOT_THE_WHOLE * sigma < 1.0
     })
 }
 

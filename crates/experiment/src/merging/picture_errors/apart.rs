@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use chainwave_measurement::{Estimate, Observation, ReadingError};
+use chainwave_measurement::{Estimate, Observation, SharedReadingError};
 
 /// Errors that readings share, and what these take of the readings' stated variances.
 #[derive(Default)]
 pub(crate) struct Apart {
-    pub(crate) errors: Vec<ReadingError>,
+    pub(crate) errors: Vec<SharedReadingError>,
     /// By recording and body.
     of_tracks: BTreeMap<(String, usize), OfTrack>,
 }
@@ -21,7 +21,7 @@ struct OfTrack {
 
 impl Apart {
     /// Of errors, and the variance at rest of a recording's body.
-    pub(super) fn of(errors: Vec<ReadingError>, at_rest_m2: impl Fn(&str, usize) -> f64) -> Self {
+    pub(super) fn of(errors: Vec<SharedReadingError>, at_rest_m2: impl Fn(&str, usize) -> f64) -> Self {
         let mut of_tracks: BTreeMap<(String, usize), OfTrack> = BTreeMap::new();
         for one in errors.iter().flat_map(|error| &error.of_tracks) {
             let own = of_tracks.entry((one.recording.clone(), one.body)).or_insert_with(|| OfTrack {

@@ -1,6 +1,6 @@
 //! What tracks are compared with: derivatives against simulations, and how much is integrated.
 
-use chainwave_measurement::{ReadingError, TrackError};
+use chainwave_measurement::{SharedReadingError, TrackDeviation};
 use chainwave_mechanics::{FarEnd, PowerLaw, simulate};
 
 use super::super::response::MotionOfTrack;
@@ -147,8 +147,8 @@ fn a_shared_error_moves_residuals_by_what_is_stated_of_them() {
     let errors_m: Vec<f64> =
         (0..150).map(|k| if k < 40 { 0.0 } else { 2e-6 + 1e-6 * f64::from(k % 2) }).collect();
     let error_m = errors_m.clone();
-    let of_track = TrackError { recording: "one".into(), body: 2, error_m };
-    let reading_errors = vec![ReadingError { source: "a pattern".into(), of_tracks: vec![of_track] }];
+    let of_track = TrackDeviation { recording: "one".into(), body: 2, error_m };
+    let reading_errors = vec![SharedReadingError { source: "a pattern".into(), of_tracks: vec![of_track] }];
     let model = TrackModel { reading_errors, ..unshared(chain, Estimate::new(2.73, 0.05), Vec::new()) };
     let mut erring = observation.clone();
     for (position, error_m) in erring.bodies[1].position_m.iter_mut().zip(&errors_m) {

@@ -5,7 +5,7 @@ use std::{borrow::Cow, ops::Range};
 use chainwave_measurement::Trajectory;
 use pulp::Simd;
 
-use super::super::change::{Asked, Change, Seat};
+use super::super::change::{Change, ChangedPart, DerivativeRequest};
 use crate::equations::{
     force_row::ForceRow,
     ground::Ground,
@@ -40,7 +40,7 @@ struct ChangedModels<'a> {
     below: ChainModel<'a>,
     above: ChainModel<'a>,
     width: f64,
-    seat: Seat,
+    seat: ChangedPart,
     /// Masses up to the last one whose acceleration it changes, up to whole vectors.
     reach: usize,
     /// Masses whose acceleration it changes, and nothing where these rest between neighbours that do.
@@ -85,7 +85,7 @@ impl Coefficients {
 }
 
 impl<'a> Along<'a> {
-    pub(super) fn new(chain: &Chain, model: &'a ChainModel<'a>, asked: Asked<'a>) -> Self {
+    pub(super) fn new(chain: &Chain, model: &'a ChainModel<'a>, asked: DerivativeRequest<'a>) -> Self {
         let n = model.n_masses();
         Self {
             model,
@@ -184,7 +184,7 @@ impl<'a> Along<'a> {
         let n_masses = self.model.n_masses();
         let n_lanes = forcing.len() / (n_masses + 1);
         for lane in 0..self.sides.len() {
-            if self.sides[lane].seat == Seat::Drive {
+            if self.sides[lane].seat == ChangedPart::Drive {
                 continue;
             }
             self.accelerate(simd, lane);
@@ -220,8 +220,8 @@ impl<'a> Along<'a> {
         let place = PhasePoint { active: sides.reach.min(state.active), ..state.place() };
         for (model, acceleration) in [&sides.below, &sides.above].into_iter().zip(&mut self.accelerations) {
             match sides.seat {
-                Seat::Contacts => model.rates(simd, place, force_n, acceleration),
-                Seat::MassesAndDampers | Seat::Drive => {
+                ChangedPart::Contacts => model.rates(simd, place, force_n, acceleration),
+                ChangedPart::MassesAndDampers | ChangedPart::Drive => {
                     force_n.copy_from(springs_n, place.active);
                     model.rates_by_springs(simd, place, force_n, acceleration)
                 }
@@ -236,12 +236,12 @@ impl<'a> ChangedModels<'a> {
         let seat = change.seat();
         let n_masses = below.n_masses();
         let felt = match seat {
-            Seat::MassesAndDampers | Seat::Contacts => felt(&below, &above),
-            Seat::Drive => 0..n_masses,
+            ChangedPart::MassesAndDampers | ChangedPart::Contacts => felt(&below, &above),
+            ChangedPart::Drive => 0..n_masses,
         };
         let reach = match seat {
-            Seat::MassesAndDampers => padded(felt.end),
-            Seat::Contacts | Seat::Drive => padded(n_masses),
+            ChangedPart::MassesAndDampers => padded(felt.end),
+            ChangedPart::Contacts | ChangedPart::Drive => padded(n_masses),
         };
         Self { below, above, width: change.width, seat, reach, felt }
     }

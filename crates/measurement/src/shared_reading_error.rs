@@ -4,16 +4,16 @@ use crate::ErrorSource;
 
 /// An error that readings of several tracks share, with a random amplitude of unit variance. It is no part of their sigmas.
 #[derive(Debug, Clone, PartialEq)]
-pub struct ReadingError {
+pub struct SharedReadingError {
     /// Where it comes from.
     pub source: ErrorSource,
     /// What one standard deviation of it makes of each track that has it.
-    pub of_tracks: Vec<TrackError>,
+    pub of_tracks: Vec<TrackDeviation>,
 }
 
 /// The part of an error that one track has.
 #[derive(Debug, Clone, PartialEq)]
-pub struct TrackError {
+pub struct TrackDeviation {
     /// Name of the recording.
     pub recording: String,
     /// Number of the body.
