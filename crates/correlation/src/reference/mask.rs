@@ -4,7 +4,8 @@
 //! Ground without light has no texture, yet the edge of a marker against it is a step that no pixel grid samples well, and
 //! whatever structure the ground has stays behind when the body moves. It is told from the gaps between speckles by
 //! its extent: a square of 11 x 11 px whose mean is below a fifth of the light (black being 0), and whose variance is not
-//! far above what its own noise explains. Ground that is brighter is used like any other texture.
+//! far above what its own noise explains; and by going on: a gap between dots that are sprayed on black holds such squares too, but ends within
+//! two of them each way. Ground that is brighter is used like any other texture.
 //!
 //! The pixels next to those are left out as well, since interpolation mixes them.
 
@@ -67,7 +68,42 @@ fn ground(region: Region, image: &ReferenceImage, fourth: &[f32]) -> Vec<bool> {
             *is_ground = flat & (mean < dark);
         }
     }
-    is_ground
+    without_gaps(region.width, is_ground)
+}
+
+/// Marks without those that hang together, side by side or by a corner, over fewer than [`GROUND_PX`] columns and rows: the squares around
+/// them then span less than two of their size, as in a gap between dots.
+fn without_gaps(width: usize, mut marked: Vec<bool>) -> Vec<bool> {
+    let height = marked.len() / width;
+    let mut seen = vec![false; marked.len()];
+    for start in 0..marked.len() {
+        if !marked[start] || seen[start] {
+            continue;
+        }
+        seen[start] = true;
+        let mut together = vec![start];
+        let mut k = 0;
+        while let Some(&i) = together.get(k) {
+            k += 1;
+            let (x, y) = (i % width, i / width);
+            for row in y.saturating_sub(1)..=(y + 1).min(height - 1) {
+                for next in row * width + x.saturating_sub(1)..=row * width + (x + 1).min(width - 1) {
+                    if marked[next] && !seen[next] {
+                        seen[next] = true;
+                        together.push(next);
+                    }
+                }
+            }
+        }
+        let span = |place: fn(usize, usize) -> usize| {
+            let places = || together.iter().map(|&i| place(i, width));
+            places().max().unwrap_or(0) - places().min().unwrap_or(0)
+        };
+        if span(|i, width| i % width).max(span(|i, width| i / width)) < GROUND_PX {
+            together.iter().for_each(|&i| marked[i] = false);
+        }
+    }
+    marked
 }
 
 /// The sums over all squares inside the region, by the place of their first pixel.
@@ -128,6 +164,23 @@ mod tests {
         for (i, grown) in grown.into_iter().enumerate() {
             let (x, y) = ((i % 9) as i32, (i / 9) as i32);
             assert_eq!(grown, (x - 1).abs() <= 2 && (y - 3).abs() <= 2, "{x} {y}");
+        }
+    }
+
+    #[test]
+    fn ground_goes_on_and_a_gap_does_not() {
+        let width = 40;
+        let mut marked = vec![false; width * 30];
+        // A gap of 9 x 9, one that goes on by corners over 11 rows, a strip of one row, and one at the rim.
+        (3..12).for_each(|y| marked[y * width + 3..y * width + 12].fill(true));
+        (3..15).for_each(|y| marked[y * width + 15 + y] = true);
+        marked[20 * width..][5..17].fill(true);
+        marked[29 * width..][..4].fill(true);
+        let kept = without_gaps(width, marked.clone());
+        for (i, (kept, marked)) in kept.into_iter().zip(marked).enumerate() {
+            let (x, y) = (i % width, i / width);
+            let is_gap = (x < 12 && y < 12) || y == 29;
+            assert_eq!(kept, marked && !is_gap, "{x} {y}");
         }
     }
 
