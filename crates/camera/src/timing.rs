@@ -1,5 +1,7 @@
 //! Times of frames that have no time stamps: from a stated rate, or counted in frames.
 
+use chainwave_measurement::RecordingInfo;
+
 use crate::options::OpenOptions;
 
 /// When the frames of a recording without any clock were taken.
@@ -32,6 +34,11 @@ impl Timing {
         };
         Self { rate_hz, times_s, warning }
     }
+}
+
+/// Whether a recording says how many of its bits are significant.
+pub(crate) fn states_depth(info: &RecordingInfo) -> bool {
+    unstated_depth(info.bit_depth).is_none_or(|warning| !info.warnings.contains(&warning))
 }
 
 /// What a file of 16 bits leaves open.

@@ -15,6 +15,7 @@ mod ground;
 mod law_file;
 mod named;
 pub(crate) mod outline;
+mod pair;
 mod pattern;
 mod precompression;
 mod rings;

@@ -2,5 +2,6 @@
 
 pub(crate) mod assumptions;
 pub(crate) mod damping;
+pub(crate) mod first_impact;
 pub(crate) mod fits;
 pub(crate) mod model_beside;

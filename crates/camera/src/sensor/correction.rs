@@ -5,6 +5,7 @@ use chainwave_measurement::{Recording, median};
 use super::defects::{DefectMap, response};
 use super::statistics::PixelStatistics;
 use crate::error::CameraError;
+use crate::timing::states_depth;
 
 /// Share of a flat field's pixels that may be saturated, such as hot ones.
 const MOST_SATURATED: f64 = 0.01;
@@ -101,7 +102,9 @@ impl SensorCorrection {
     /// frames; [`CameraError::Read`] when a frame cannot be read.
     pub fn from_flat(flat: &dyn Recording, dark: Option<&dyn Recording>) -> Result<Self, CameraError> {
         if let Some(dark) = dark {
-            check_same(flat, shape(dark), "the dark frames")?;
+            let stated = [flat, dark].iter().all(|one| states_depth(one.info()));
+            let bit_depth = if stated { dark } else { flat }.info().bit_depth;
+            check_same(flat, (dark.info().width_px, dark.info().height_px, bit_depth), "the dark frames")?;
         }
         Self::from_parts(flat, dark, Some(flat))
     }
@@ -123,7 +126,7 @@ impl SensorCorrection {
             expected: "frames that are brighter than the dark ones".into(),
             found: "none".into(),
         })?;
-        correction.bit_depth = Some(named.info().bit_depth);
+        correction.bit_depth = states_depth(named.info()).then_some(named.info().bit_depth);
         correction.dark_exposure_s = dark.and_then(|dark| dark.info().exposure_s);
         Ok(correction)
     }
@@ -167,10 +170,23 @@ impl SensorCorrection {
         (count - dark) * gain
     }
 
-    /// Refuses a recording of another part of the sensor or of another depth.
+    /// Refuses a recording of another part of the sensor or of another depth, as far as files state that: frames of a 12 bit sensor may lie
+    /// in a file of 16, but are then no brighter than 12 bits are.
     pub(super) fn check(&self, recording: &dyn Recording) -> Result<(), CameraError> {
-        let bit_depth = self.bit_depth.unwrap_or(recording.info().bit_depth);
-        check_same(recording, (self.width_px, self.height_px, bit_depth), "the sensor's correction")
+        let bit_depth = self.bit_depth.filter(|_| states_depth(recording.info()));
+        let bit_depth = bit_depth.unwrap_or(recording.info().bit_depth);
+        check_same(recording, (self.width_px, self.height_px, bit_depth), "the sensor's correction")?;
+        let full_scale = recording.info().full_scale();
+        let most = self.dark.iter().flatten().fold(0.0, |most: f64, &dark| most.max(dark.into()));
+        if most <= full_scale {
+            return Ok(());
+        }
+        Err(CameraError::Correction {
+            path: recording.path().into(),
+            what: "frames".into(),
+            expected: format!("counts on the scale of the dark frames, which go up to {most:.0}"),
+            found: format!("a full scale of {full_scale}"),
+        })
     }
 
     /// What was corrected, and what may be wrong with that for a recording of some exposure.

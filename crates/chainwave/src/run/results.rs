@@ -5,9 +5,9 @@ use std::path::Path;
 use chainwave_analysis::{DampingShare, GroupVelocity, LocalResonance, Measurement, Missing};
 use chainwave_experiment::{
     BEHIND_BODY_1, Evaluation, Finding, ModelBeside, PEAK_ENERGIES, RELEASE, RecordingAlignment,
-    RecordingState, Results, Setup, SideMotion, State, TRACKS, TrackRows, Tracked, Trial, dispersion_table,
-    energy_table, front_table, half_width_table, motion_by_model_table, motion_table, pulse_table,
-    spectrum_table, strain_table,
+    RecordingState, Results, Setup, SideMotion, State, StatedDamping, TRACKS, TrackRows, Tracked, Trial,
+    dispersion_table, energy_table, front_table, half_width_table, motion_by_model_table, motion_table,
+    pulse_table, spectrum_table, strain_table,
 };
 use chainwave_inference::{
     Damping, EnergyFit, FitError, FittedRecording, ImposedFit, Quantity, ReleasedFit, Structure, TrackFit,
@@ -46,7 +46,8 @@ pub(crate) fn write_unsolved(
         ("warnings".into(), warnings_as_json(&warnings)),
         ("recordings".into(), states_as_json(recordings)),
     ]);
-    let refused = ["group_velocity_m_per_s", "c_d_kg_per_s", "c_s_kg_per_s", "local_resonance_hz"];
+    let refused =
+        ["group_velocity_m_per_s", "c_d_kg_per_s", "c_s_kg_per_s", "correlation", "local_resonance_hz"];
     results.extend(refused.map(|name| (format!("{name}_refused"), json!(reason))));
     write_json(&out.join(outputs::RESULTS), &Value::Object(results))
 }
@@ -182,7 +183,8 @@ fn as_json(setup: &Setup, evaluation: &Evaluation, states: &[RecordingState]) ->
         ("c_s_kg_per_s", "c_s_sigma"),
         damping.striker_damping_kg_per_s.as_ref().map_err(String::as_str),
     );
-    results.insert("correlation".into(), json!(damping.correlation));
+    let (key, correlation) = correlation_of(damping);
+    results.insert(key.into(), correlation);
     results.insert("damping_from".into(), json!(damping.source));
     let resonance = measurement.local_resonance.as_ref().map(|resonance| resonance.frequency_hz);
     put_or_refuse(
@@ -227,6 +229,14 @@ fn as_json(setup: &Setup, evaluation: &Evaluation, states: &[RecordingState]) ->
     results.insert("warnings".into(), warnings_as_json(&warnings));
     results.insert("recordings".into(), states_as_json(states));
     Value::Object(results)
+}
+
+/// The correlation of c_d and c_s, or why there is none: one of them was refused.
+fn correlation_of(damping: &StatedDamping) -> (&'static str, Value) {
+    match damping.refusals().first() {
+        Some((_, reason)) if damping.correlation.is_none() => ("correlation_refused", json!(reason)),
+        _ => ("correlation", json!(damping.correlation)),
+    }
 }
 
 /// Recordings that could not be used, as warnings.

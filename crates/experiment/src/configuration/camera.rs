@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use chainwave_camera::RawGeometry;
 use serde::{Deserialize, Serialize};
 
-use super::named;
+use super::{named, pair};
 use crate::input::numbers::{NotNegative, Positive};
 
 /// How pictures map to the chain: by exactly one of a magnification, a ruler, marks or a calibration.
@@ -25,6 +25,7 @@ pub struct Camera {
     /// What `chainwave calibrate` wrote, beside this file.
     pub calibration: Option<PathBuf>,
     /// Column and row of body 1's marker at rest, with the stage at 0.
+    #[serde(deserialize_with = "pair::two")]
     pub first_body_px: [f64; 2],
     /// Standard uncertainty of the stage's stated positions. With it, subsets are placed by the positions that bodies in two views
     /// give; without it, those are reported alone.
@@ -47,6 +48,7 @@ pub struct Camera {
 #[serde(deny_unknown_fields)]
 pub struct Ruler {
     /// Column and row of both ends.
+    #[serde(deserialize_with = "pair::two_of_two")]
     pub ends_px: [[f64; 2]; 2],
     /// Standard uncertainty of an end's place, in each direction.
     pub sigma_px: NotNegative,
@@ -63,6 +65,7 @@ pub struct Marks {
     /// Numbers of the bodies.
     pub bodies: Vec<i32>,
     /// Column and row of the same point of each.
+    #[serde(deserialize_with = "pair::each_of_two")]
     pub at_px: Vec<[f64; 2]>,
     /// Standard uncertainty of a point's place, in each direction.
     pub sigma_px: NotNegative,

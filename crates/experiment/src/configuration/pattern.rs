@@ -79,7 +79,7 @@ fn mean_of(numbers: &[f64]) -> f64 {
 #[serde(deny_unknown_fields)]
 struct PatternTable<T> {
     repeat: Option<Vec<T>>,
-    grade: Option<[T; 2]>,
+    grade: Option<Vec<T>>,
 }
 
 impl<'de, T: DeserializeOwned> Deserialize<'de> for Pattern<T> {
@@ -122,7 +122,13 @@ impl<'de, T: DeserializeOwned> Visitor<'de> for PatternVisitor<T> {
         let table = PatternTable::deserialize(MapAccessDeserializer::new(map))?;
         match (table.repeat, table.grade) {
             (Some(repeat), None) if !repeat.is_empty() => Ok(Pattern::Repeat { repeat }),
-            (None, Some(grade)) => Ok(Pattern::Grade { grade }),
+            (None, Some(grade)) => match <[T; 2]>::try_from(grade) {
+                Ok(grade) => Ok(Pattern::Grade { grade }),
+                Err(grade) => Err(A::Error::custom(format!(
+                    "expected {{ grade = [first, last] }}, found a grade of {} numbers",
+                    grade.len()
+                ))),
+            },
             _ => Err(A::Error::custom(
                 "expected { repeat = [..] } with a number, or { grade = [first, last] }",
             )),
@@ -166,6 +172,7 @@ mod tests {
         assert!(read("[1, -2]").unwrap_err().contains("above 0, found -2"));
         assert!(read("\"heavy\"").unwrap_err().contains("a number, a list of numbers"));
         assert!(read("{ repeat = [] }").unwrap_err().contains("repeat = [..]"));
+        assert!(read("{ grade = [1, 2, 3] }").unwrap_err().contains("a grade of 3 numbers"));
         assert!(read("{ repeat = [1], grade = [1, 2] }").unwrap_err().contains("or { grade"));
         assert!(read("{ step = 1 }").unwrap_err().contains("unknown field `step`"));
         let refused = read("[1, 2]").unwrap().values(3, "chain.mass_kg").unwrap_err();

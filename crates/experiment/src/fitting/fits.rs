@@ -17,6 +17,7 @@ use crate::chain::measuring::chosen_gaps;
 use crate::configuration::{Experiment, Striker};
 use crate::error::Error;
 use crate::fitting::assumptions::DRIVE_SCALE_SIGMA;
+use crate::fitting::first_impact::first_impact_s;
 use crate::geometry::scale::ScaleCheck;
 use crate::input::numbers::NotNegative;
 use crate::merging::shared_errors::SharedErrors;
@@ -91,9 +92,9 @@ impl Material<'_> {
     pub(crate) fn fits(&self, observations: &[Observation], step: &impl Fn()) -> Fits {
         let imposed_fit = self.behind_body_1();
         let (reached, track_fit) = match self.reached(observations) {
-            Ok((model, reached, offsets_s)) => {
+            Ok((model, reached, impacts_s)) => {
                 let elsewhere = imposed_fit.as_ref().ok().map(|fit| fit.chain_damping_kg_per_s.value);
-                let fit = fit_tracks(&reached, &offsets_s, &model, elsewhere);
+                let fit = fit_tracks(&reached, &impacts_s, &model, elsewhere);
                 (reached, fit)
             }
             Err(why) => (observations.to_vec(), Err(why)),
@@ -114,9 +115,11 @@ impl Material<'_> {
         let model = track_model(self.experiment, self.chain.clone(), self.known, self.n_threads)?;
         let model = TrackModel { reading_errors: self.reading_errors.to_vec(), ..model };
         let alignments = &self.stitched.alignments;
-        let offsets_s: Vec<f64> = alignments.iter().map(|one| one.trigger_offset_s.value).collect();
-        let (reached, offsets_s) = reached(observations, &offsets_s, &model)?;
-        Ok((model, reached, offsets_s))
+        let impact_s = first_impact_s(&self.stitched.motion, self.chain)?;
+        let impacts_s: Vec<f64> =
+            alignments.iter().map(|one| impact_s + one.trigger_offset_s.value).collect();
+        let (reached, impacts_s) = reached(observations, &impacts_s, &model)?;
+        Ok((model, reached, impacts_s))
     }
 
     /// Drive of each recording, relative to the mean drive, less one.

@@ -363,7 +363,8 @@ impl Control {
         };
         match order.pacing {
             Pacing::Constant { dt_s } => {
-                control.n_between = (order.output_interval_s / dt_s).ceil().max(1.0);
+                // A step that divides the interval but for rounding is taken as it is.
+                control.n_between = (order.output_interval_s / dt_s * (1.0 - 1e-12)).ceil().max(1.0);
                 control.h_s = order.output_interval_s / control.n_between;
                 let n_steps = control.n_between * order.n_outputs as f64;
                 let hint = "very strong damping or very stiff contacts need very small steps";
