@@ -50,19 +50,16 @@ impl AlignmentState<'_> {
         Ok(Onset::read((&of_body, first_body), model, &self.drive, &errors, self.frame_interval_s))
     }
 
-    /// The stated scatter of the drives, or else what the reader should know where the first body's onset contradicts it.
-    pub(crate) fn stated_scatter(&self) -> Result<(Option<f64>, Option<String>), StitchingError> {
-        let Some(stated) = self.settings.drive_scatter else { return Ok((None, None)) };
-        Ok(match self.onset()?.ok().and_then(|onset| contradicted(&self.drive, stated, onset.scale())) {
-            None => (Some(stated), None),
-            Some(found) => {
-                let contradiction = format!(
-                    "the drives scatter by {:.1} % by the first body's onset and by {:.1} % as stated: the stated scatter was left out",
-                    100.0 * found.abs(),
-                    100.0 * stated
-                );
-                (None, Some(contradiction))
-            }
-        })
+    /// What the reader should know where the first body's onset contradicts the stated scatter of the drives. It tells that at the gauge that it fixed:
+    /// before, offsets may have taken up so much of the drives that it reads no scale.
+    pub(crate) fn contradiction_of_scatter(&self, stated: f64) -> Result<Option<String>, StitchingError> {
+        let found = self.onset()?.ok().and_then(|onset| contradicted(&self.drive, stated, onset.scale()));
+        Ok(found.map(|found| {
+            format!(
+                "the drives scatter by {:.1} % by the first body's onset and by {:.1} % as stated: the stated scatter was left out",
+                100.0 * found.abs(),
+                100.0 * stated
+            )
+        }))
     }
 }

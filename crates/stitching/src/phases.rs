@@ -126,7 +126,7 @@ impl<'a> Aligned<'a> {
     /// holds there. Where this does not settle, the errors hold how far it may still have to go.
     pub(crate) fn gauged(mut self) -> Result<Gauged<'a>, StitchingError> {
         let state = &mut self.state;
-        let (scatter, contradiction) = state.stated_scatter()?;
+        let (mut scatter, mut contradiction) = (state.settings.drive_scatter, None);
         let (mut last, mut is_short, mut is_untold) = (None, false, false);
         let mut course = Convergence::from(&state.drive, &state.offsets_s);
         for round in 1..=GAUGE_ROUNDS {
@@ -144,6 +144,14 @@ impl<'a> Aligned<'a> {
             gauge.fix(&mut state.drive, &mut state.offsets_s);
             state.scale = Scale::True;
             if gauge.is_settled() && is_short {
+                contradiction = match scatter {
+                    Some(stated) => state.contradiction_of_scatter(stated)?,
+                    None => contradiction,
+                };
+                if scatter.is_some() && contradiction.is_some() {
+                    (scatter, is_short) = (None, false);
+                    continue;
+                }
                 last = Some(gauge);
                 self.unsettled = None;
                 self.left = self.left.filter(|_| round > LONG_ROUNDS);
