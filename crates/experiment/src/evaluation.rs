@@ -36,7 +36,7 @@ use crate::tracking::notices::{
 use crate::tracking::recording_alignment::RecordingAlignments;
 
 /// To be raised whenever the same tracks would give other results; `results_of_the_small_experiment_are_those_of_the_evaluations_version` among the tests of the whole guards it.
-pub const EVALUATION_VERSION: u32 = 23;
+pub const EVALUATION_VERSION: u32 = 24;
 
 /// Everything that follows from the tracks.
 pub struct Evaluation {

@@ -129,6 +129,7 @@ impl<'a> Aligned<'a> {
         let (mut scatter, mut contradiction) = (state.settings.drive_scatter, None);
         let (mut last, mut is_short, mut is_untold) = (None, false, false);
         let mut course = Convergence::from(&state.drive, &state.offsets_s);
+        let ungauged = (state.drive.clone(), state.offsets_s.clone(), state.scale);
         for round in 1..=GAUGE_ROUNDS {
             let gauge = match state.gauge(scatter)? {
                 OnsetTells::Of(gauge) => gauge,
@@ -149,6 +150,9 @@ impl<'a> Aligned<'a> {
                     None => contradiction,
                 };
                 if scatter.is_some() && contradiction.is_some() {
+                    // From the beginning, by the onset alone.
+                    (state.drive, state.offsets_s, state.scale) = ungauged.clone();
+                    course = Convergence::from(&state.drive, &state.offsets_s);
                     (scatter, is_short) = (None, false);
                     continue;
                 }
