@@ -23,6 +23,7 @@ mod error;
 mod law;
 mod outcome;
 mod profile;
+mod pure_power;
 mod search;
 mod statistics;
 
@@ -35,6 +36,7 @@ use nalgebra::DMatrix;
 use branches::{Branches, branches, hysteresis};
 use curve::{Curve, LEAST_APPROACH, check_readings};
 use profile::Profiler;
+use pure_power::without_offset;
 use search::{Minimum, STARTS, Unknowns, search};
 use statistics::{covariance, derived, residual, straightness, student};
 
@@ -106,9 +108,10 @@ fn find_zero(curve: &Curve, zero: Zero) -> Result<Found, ContactFitError> {
 fn fit_best(curve: Curve, zero: Zero, start_m: f64) -> Result<Found, ContactFitError> {
     let unknowns = Unknowns { p: true, offset: zero != Zero::Stated, start: zero == Zero::Contact };
     check_curvature(&curve, unknowns, start_m)?;
-    let minimum = search(&curve, unknowns, start_m, &STARTS)?;
+    let instead = |why| without_offset(&curve, start_m).unwrap_or(why);
+    let minimum = search(&curve, unknowns, start_m, &STARTS).map_err(instead)?;
     let residual = residual(&curve, &minimum, unknowns);
-    let covariance = covariance(&curve, &minimum, unknowns, &residual)?;
+    let covariance = covariance(&curve, &minimum, unknowns, &residual).map_err(instead)?;
     Ok(Found { curve, zero, unknowns, minimum, residual, covariance, neglected_offset_n: None })
 }
 

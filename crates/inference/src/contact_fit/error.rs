@@ -116,6 +116,18 @@ pub enum ContactFitError {
         /// The least number of readings.
         expected: usize,
     },
+    /// The force is a power of the overlap itself, so that delta_0 goes to zero and k_0 with it, or without end.
+    #[error(
+        "contact fit: expected an offset delta_0, found a power of the overlap alone, F = A Delta^p with p = {:.4} +- {:.4} and A = {a:.6e} \
+         N/m^p: nothing presses the specimens together at zero overlap (hint: state `law = \"hertz\"` for spheres, or the power law with \
+         a = {a:.6e}, this p, and a delta_0 far below the smallest overlap of interest)", .p.value, .p.sigma
+    )]
+    NoOffset {
+        /// A, in newtons over metres to the power p.
+        a: f64,
+        /// The exponent.
+        p: chainwave_measurement::Estimate,
+    },
     /// The search found no minimum, or one without width.
     #[error("contact fit: expected one best law, found none: {0}")]
     NotDetermined(String),

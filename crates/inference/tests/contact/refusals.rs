@@ -86,3 +86,35 @@ fn random_curves_never_panic() {
         }
     }
 }
+
+/// Spheres that nothing presses together: whatever becomes of delta_0, the exponent is told.
+#[test]
+fn a_power_of_the_overlap_alone_is_told_as_one() {
+    const A: f64 = 1e8;
+    const P: f64 = 1.5;
+    let exact: Vec<f64> = ramp(0.0, 0.01, 201).iter().map(|x| A * x.powf(P)).collect();
+    let refused = refusal(&ramp(0.0, 0.01, 201), &exact, "A Delta^p");
+    // Golden sections leave 1e-9 of the range of exponents, and ln(1 / 0.01) as much of A.
+    assert!(
+        matches!(refused, ContactFitError::NoOffset { a, p } if (p.value - P).abs() < 1e-7 && (a / A - 1.0).abs() < 1e-6),
+        "{refused}"
+    );
+    let mut n_refused = 0;
+    for seed in 0..20 {
+        let noise = noisy(&ring_law(), ramp(0.0, 0.01, 201), 0.05, seed);
+        let force_n: Vec<f64> =
+            noise.0.iter().zip(&noise.1).map(|(x, f)| f - ring_law().force_n(*x) + A * x.powf(P)).collect();
+        match fit_contact(&noise.0, &force_n, Zero::Stated) {
+            Ok(fit) => {
+                let p = fit.estimates[2];
+                assert!((p.value - P).abs() < 5.0 * p.sigma, "{seed}: {p:?}");
+            }
+            Err(ContactFitError::NoOffset { p, .. }) => {
+                n_refused += 1;
+                assert!((p.value - P).abs() < 5.0 * p.sigma, "{seed}: {p:?}");
+            }
+            Err(other) => panic!("{seed}: {other}"),
+        }
+    }
+    println!("{n_refused} of 20 without an offset");
+}
