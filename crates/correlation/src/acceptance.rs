@@ -78,9 +78,8 @@ pub(crate) fn is_out_of_place(subset: &PreparedSubset, zncc: f64, neighbours: f6
 pub(crate) enum Origin {
     /// From where, and how deformed, the frames before led to expect it.
     Expected(Warp),
-    /// As the best of so many places and deformations, of a subset that may be at one of two places: where it was last, and where it would
-    /// have gone since.
-    Searched { n_trials: usize, reach_px: usize, may_be_at_px: [[f64; 2]; 2] },
+    /// As the best of so many places and deformations, of a subset that may be as it was last, or as it would have gone on since.
+    Searched { n_trials: usize, reach_px: usize, may_be: [Warp; 2] },
 }
 
 /// A place that resembles a subset in its own reference.
@@ -240,7 +239,7 @@ impl Standard {
         recording: &dyn Recording,
         subset: &PreparedSubset,
         found: PlaceMatch,
-        may_be_at_px: [[f64; 2]; 2],
+        may_be: [Warp; 2],
     ) -> bool {
         let info = recording.info();
         let twins = self.twins.get_or_init(|| {
@@ -250,7 +249,8 @@ impl Standard {
         let of_found = fisher(found.zncc);
         let [x, y] = found.warp.position_px;
         let away_px = |[u, v]: [f64; 2]| {
-            may_be_at_px.iter().map(|at| (x - at[0] - u).hypot(y - at[1] - v)).fold(f64::INFINITY, f64::min)
+            let away = |Warp { position_px: [x_0, y_0], .. }: &Warp| (x - x_0 - u).hypot(y - y_0 - v);
+            may_be.iter().map(away).fold(f64::INFINITY, f64::min)
         };
         let is_as_alike = |twin: &&Alike| of_found < twin.z + self.noise;
         twins.iter().filter(is_as_alike).any(|twin| away_px(twin.offset_px) < away_px([0.0; 2]))
@@ -305,6 +305,10 @@ impl Standard {
                     false => chance_zncc_by(2, subset, n_trials, p),
                 }
             }
+            // What was found as little deformed as it was last was not made to resemble it by deforming it.
+            Origin::Searched { may_be: [last, _], .. } if self.is_deformed_as(subset, &last, &found.warp) => {
+                chance_zncc_by(2, subset, n_trials, p)
+            }
             _ => chance_zncc(subset, n_trials, p),
         };
         if found.zncc.is_nan() || found.zncc < by_chance {
@@ -312,12 +316,12 @@ impl Standard {
         }
         // Where it is not expected, what resembles the subset much less than the subset did itself is more likely a part of something else than
         // a subset that changed while it was out of sight.
-        if let Origin::Searched { may_be_at_px, .. } = origin {
+        if let Origin::Searched { may_be, .. } = origin {
             if fisher(found.zncc) < SEARCHED_SHARE * self.usual.0 {
                 return Err(Lost::LowCorrelation);
             }
             if self.may_stand_beyond(recording, subset, found)
-                || self.may_be_a_twin(recording, subset, found, may_be_at_px)
+                || self.may_be_a_twin(recording, subset, found, may_be)
             {
                 return Err(Lost::Ambiguous);
             }

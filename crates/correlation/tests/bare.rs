@@ -1,4 +1,5 @@
-//! Points on bare ground, which nothing can be told of: lost for want of texture, in every frame, whatever lies beside them.
+//! Points on bare ground, which nothing can be told of: lost for want of texture, in every frame, whatever lies beside them; and dots on black,
+//! between which is no ground.
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking, and shows what it measured")]
 
@@ -7,6 +8,8 @@ use std::collections::BTreeMap;
 use chainwave_correlation::{Method, ReferenceFrames, Settings};
 use chainwave_measurement::{Lost, MemoryRecording, Subset};
 use chainwave_synthetic::pictures::{Deformation, Surface, Texture, counts, picture};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
 
 const SIZE_PX: [usize; 2] = [200, 120];
 const N_FRAMES: u64 = 6;
@@ -59,4 +62,42 @@ fn bare_ground_is_lost_for_want_of_texture() {
         }
     }
     assert!(wrong.is_empty(), "{wrong:?}");
+}
+
+/// Dots that are sprayed on black, one on some 60 square pixels: between them lie dark squares without texture, which are no ground behind a body.
+#[test]
+fn dots_on_black_are_matched_everywhere() {
+    let mut random = Pcg64Mcg::seed_from_u64(5);
+    let n_dots = (SIZE_PX[0] + 40) * (SIZE_PX[1] + 40) / 60;
+    let spots: Vec<[f64; 2]> =
+        (0..n_dots).map(|_| SIZE_PX.map(|n| random.random_range(-20.0..n as f64 + 20.0))).collect();
+    let dots = Texture::spots(&spots, 2.2);
+    const SHIFT_PX: [f64; 2] = [1.37, -0.64];
+    let frame = |number: u64| {
+        let moved = Deformation::rigid([0.0; 2], 0.0, if number == 0 { [0.0; 2] } else { SHIFT_PX });
+        let surface = Surface { tone: 0.0, contrast: -0.6, ..Surface::everywhere(dots.clone(), moved) };
+        let seen = counts(&picture(SIZE_PX, &[surface]).unwrap(), 12, 0.01, 3, number).unwrap();
+        seen.into_raw_vec_and_offset().0
+    };
+    let film = MemoryRecording::new(SIZE_PX[0], 12, (0..2).map(frame).collect());
+    let places =
+        (0..9).flat_map(|i| (0..5).map(move |j| [28.0 + 18.0 * f64::from(i), 28.0 + 16.0 * f64::from(j)]));
+    let subsets: Vec<Subset> = places.map(|[x, y]| Subset::new(format!("{x} {y}"), x, y, 16, 16)).collect();
+    let method: Method = "icgn-cubic-affine".parse().unwrap();
+    let first = ReferenceFrames::Single(0);
+    let tracks = method.track(&film, &subsets, &first, &Settings::default(), &|_| ()).unwrap();
+    let mut n_found = 0;
+    for (track, subset) in tracks.iter().zip(&subsets) {
+        let Ok(found) = &track.positions[1] else { continue };
+        n_found += 1;
+        for (at, from, shift) in
+            [(found.x_px, subset.x_px, SHIFT_PX[0]), (found.y_px, subset.y_px, SHIFT_PX[1])]
+        {
+            let off = (at.value - from - shift).abs();
+            assert!(off < 5.0 * at.sigma, "{}: {off} of {}", track.name, at.sigma);
+        }
+    }
+    println!("{n_found} of {}", subsets.len());
+    // Two thirds had been lost; a gap may still be as wide as two of the squares, which one subset in ten has.
+    assert!(n_found * 10 >= subsets.len() * 9, "{n_found} of {}", subsets.len());
 }

@@ -5,7 +5,7 @@
 //! whatever structure the ground has stays behind when the body moves. It is told from the gaps between speckles by
 //! its extent: a square of 11 x 11 px whose mean is below a fifth of the light (black being 0), and whose variance is not
 //! far above what its own noise explains; and by going on: a gap between dots that are sprayed on black holds such squares too, but ends within
-//! two of them each way. Ground that is brighter is used like any other texture.
+//! three of them each way. Ground that is brighter is used like any other texture.
 //!
 //! The pixels next to those are left out as well, since interpolation mixes them.
 
@@ -15,6 +15,9 @@ use crate::reference::image::ReferenceImage;
 
 /// Columns and rows of a square of ground.
 const GROUND_PX: usize = 11;
+/// Columns or rows over which the centres of such squares go on, as ground does beside a body: with the squares around them that is three times
+/// the size of one, where dots that are sprayed at random, one on 60 square pixels, leave hardly any gap.
+const GROUND_SPAN_PX: usize = 2 * GROUND_PX;
 /// Share of the light below which a square may be ground. Speckles that overlap at random leave no such square.
 const DARK_SHARE: f64 = 0.2;
 /// Variance over that of the noise up to which a square has no texture. The noise is estimated from the square's own
@@ -71,11 +74,13 @@ fn ground(region: Region, image: &ReferenceImage, fourth: &[f32]) -> Vec<bool> {
     without_gaps(region.width, is_ground)
 }
 
-/// Marks without those that hang together, side by side or by a corner, over fewer than [`GROUND_PX`] columns and rows: the squares around
-/// them then span less than two of their size, as in a gap between dots.
+/// Marks without those that hang together, side by side or by a corner, over fewer than [`GROUND_SPAN_PX`] columns and rows: such is a gap
+/// between dots.
 fn without_gaps(width: usize, mut marked: Vec<bool>) -> Vec<bool> {
     let height = marked.len() / width;
     let mut seen = vec![false; marked.len()];
+    // In a smaller image ground can go on no farther than from rim to rim.
+    let least = GROUND_SPAN_PX.min(width.max(height).saturating_sub(GROUND_PX));
     for start in 0..marked.len() {
         if !marked[start] || seen[start] {
             continue;
@@ -99,7 +104,7 @@ fn without_gaps(width: usize, mut marked: Vec<bool>) -> Vec<bool> {
             let places = || together.iter().map(|&i| place(i, width));
             places().max().unwrap_or(0) - places().min().unwrap_or(0)
         };
-        if span(|i, width| i % width).max(span(|i, width| i / width)) < GROUND_PX {
+        if span(|i, width| i % width).max(span(|i, width| i / width)) < least {
             together.iter().for_each(|&i| marked[i] = false);
         }
     }
@@ -169,17 +174,17 @@ mod tests {
 
     #[test]
     fn ground_goes_on_and_a_gap_does_not() {
-        let width = 40;
-        let mut marked = vec![false; width * 30];
-        // A gap of 9 x 9, one that goes on by corners over 11 rows, a strip of one row, and one at the rim.
+        let width = 60;
+        let mut marked = vec![false; width * 40];
+        // A gap of 9 x 9, one that goes on by corners over 23 rows, a strip of one row, and one at the rim.
         (3..12).for_each(|y| marked[y * width + 3..y * width + 12].fill(true));
-        (3..15).for_each(|y| marked[y * width + 15 + y] = true);
-        marked[20 * width..][5..17].fill(true);
-        marked[29 * width..][..4].fill(true);
+        (3..26).for_each(|y| marked[y * width + 15 + y] = true);
+        marked[30 * width..][5..28].fill(true);
+        marked[39 * width..][..4].fill(true);
         let kept = without_gaps(width, marked.clone());
         for (i, (kept, marked)) in kept.into_iter().zip(marked).enumerate() {
             let (x, y) = (i % width, i / width);
-            let is_gap = (x < 12 && y < 12) || y == 29;
+            let is_gap = (x < 12 && y < 12) || y == 39;
             assert_eq!(kept, marked && !is_gap, "{x} {y}");
         }
     }

@@ -141,8 +141,8 @@ impl FrameSearch<'_> {
         let area = area_around(self.recording, frame, self.subset, around_px, reach_px);
         let area = area.map_err(|_| Lost::Unreadable)?.ok_or(Lost::OutOfView)?;
         let n_trials = area.n_pixels() * search.deformations.map_or(1, Deformations::count);
-        let may_be_at_px = [self.history.last(), self.history.predict()].map(|warp| warp.position_px);
-        let origin = Origin::Searched { n_trials, reach_px, may_be_at_px };
+        let may_be = [self.history.last(), self.history.predict()];
+        let origin = Origin::Searched { n_trials, reach_px, may_be };
         let mut certainly = |start: Warp| {
             let found = locate.locate(frame, start)?;
             self.verified(frame, found, origin, locate)
