@@ -60,6 +60,32 @@ fn a_body_is_followed_over_300_px_at_up_to_20_px_a_frame() {
     }
 }
 
+/// 19 x 19 px hold about as many speckles as an affine subset has parameters twice over: where it is found undeformed, none of these was used to
+/// make something else resemble it.
+#[test]
+fn a_small_subset_that_moves_by_6_px_a_frame_is_followed() {
+    for seed in 20..26 {
+        let body = Speckle::new(seed, 1.35 * Speckle::RADIUS_PX);
+        let frame = |k: usize| {
+            let image = body.render(|[x, y]| [x + 6.0 * k as f64, y]);
+            sense(&image.iter().map(|grey| 0.7 * grey).collect::<Vec<_>>(), 0.01, 100 * seed + k as u64)
+        };
+        let film = recorded((0..30).map(frame).collect());
+        let first = ReferenceFrames::Single(0);
+        let settings = Settings { shape: Shape::Affine, ..Settings::default() };
+        let tracks = track(&film, &[subset(100.0, 210.0, 9)], &first, &settings, &|_| ()).unwrap();
+        let mut n_found = 0;
+        for (k, found) in tracks[0].positions.iter().enumerate() {
+            let Ok(found) = found else { continue };
+            n_found += 1;
+            let off = (found.x_px.value - 100.0 - 6.0 * k as f64).abs();
+            assert!(off < 5.0 * found.x_px.sigma, "seed {seed}, frame {k}: {off} of {}", found.x_px.sigma);
+        }
+        println!("seed {seed}: {n_found} of 30");
+        assert!(n_found >= 27, "seed {seed}: {n_found}");
+    }
+}
+
 #[test]
 fn a_sudden_start_is_found_by_search() {
     let centres = [[100.0, 200.0], [100.0, 200.0], [119.6, 195.3], [139.2, 190.6]];
