@@ -1,8 +1,12 @@
 //! What follows from the tracks: stitched motion, wave quantities, fits, and the model beside the measurement.
 
 pub(crate) mod decisions;
+mod lost_bodies;
+pub(crate) mod notices;
+pub(crate) mod recording_alignment;
 pub(crate) mod strikers;
 pub(crate) mod truth;
+mod unseen_bodies;
 
 use std::num::NonZero;
 
@@ -16,6 +20,10 @@ use chainwave_stitching::{Assumption, Outlier, Stitched};
 use crate::chain::stated_motion::StatedMotion;
 use crate::configuration::Experiment;
 use crate::error::Error;
+use crate::evaluation::notices::{
+    aligned_by_one_striker, aligned_without_body_1, before_the_wave, not_aligned, not_shown, notices,
+};
+use crate::evaluation::recording_alignment::RecordingAlignments;
 use crate::finding::Finding;
 use crate::fitting::damping::StatedDamping;
 use crate::fitting::fits::{Departures, Fits, Material, ReadOff, known};
@@ -30,10 +38,6 @@ use crate::monitor::{Monitor, Stage};
 use crate::sanity::speed;
 use crate::setup::Setup;
 use crate::tracked::Tracked;
-use crate::tracking::notices::{
-    aligned_by_one_striker, aligned_without_body_1, before_the_wave, not_aligned, not_shown, notices,
-};
-use crate::tracking::recording_alignment::RecordingAlignments;
 
 /// To be raised whenever the same tracks would give other results; `results_of_the_small_experiment_are_those_of_the_evaluations_version` among the tests of the whole guards it.
 pub const EVALUATION_VERSION: u32 = 24;

@@ -70,6 +70,7 @@ pub use configuration::{
 pub use corrections::{CORRECTIONS_FILE, Correction, Corrections, Remedy, corrections_csv};
 pub use error::Error;
 pub use evaluation::decisions::Decision;
+pub use evaluation::recording_alignment::{RecordingAlignment, RecordingAlignments};
 pub use evaluation::strikers::{StrikerWave, WaveSource, compare_strikers, speed_exponent};
 pub use evaluation::truth::{FILMED, KnownTruth, TRUTH};
 pub use evaluation::{EVALUATION_VERSION, Evaluation, evaluate};
@@ -117,7 +118,6 @@ pub use tracking::key::TrackKey;
 pub use tracking::matching::{MethodChoice, USUAL_ERROR_PX};
 pub use tracking::picture_field::{FieldRequest, FoundField};
 pub use tracking::points::{FollowedPoints, PlacedPoint, PlacedSubset, PointTracking, subsets_in};
-pub use tracking::recording_alignment::{RecordingAlignment, RecordingAlignments};
 pub use tracking::share::Share;
 pub use tracking::shot::{LookedAt, Shot};
 pub use tracking::store::{Kept, MemoryStore, TrackStore};

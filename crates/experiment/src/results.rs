@@ -4,6 +4,7 @@ use std::num::NonZero;
 
 use crate::error::Error;
 use crate::evaluation::decisions::{Decision, decide};
+use crate::evaluation::notices::not_compared;
 use crate::evaluation::truth::{KnownTruth, known_truth};
 use crate::evaluation::{Evaluation, evaluate};
 use crate::monitor::Monitor;
@@ -11,7 +12,6 @@ use crate::recordings::recording_state::{RecordingState, recording_states};
 use crate::sanity::check;
 use crate::setup::Setup;
 use crate::tracked::Tracked;
-use crate::tracking::notices::not_compared;
 use crate::tracking::store::TrackStore;
 use crate::tracking::track;
 

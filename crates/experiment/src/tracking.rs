@@ -2,16 +2,13 @@
 
 pub(crate) mod follow;
 pub(crate) mod key;
-pub(crate) mod lost_bodies;
 pub(crate) mod matching;
-pub(crate) mod notices;
 pub(crate) mod picture_field;
 pub(crate) mod points;
-pub(crate) mod recording_alignment;
+mod remarks;
 pub(crate) mod share;
 pub(crate) mod shot;
 pub(crate) mod store;
-pub(crate) mod unseen_bodies;
 
 use std::num::NonZero;
 
@@ -30,7 +27,7 @@ use crate::setup::Setup;
 use crate::tracked::{Origin, Tracked, TrackedRecording};
 use crate::tracking::follow::{edges_beside, follow, threads_of_each};
 use crate::tracking::key::{Task, TrackKey};
-use crate::tracking::notices::remarks;
+use crate::tracking::remarks::remarks;
 use crate::tracking::share::Share;
 use crate::tracking::store::{Kept, TrackStore};
 use crate::tracks::RecordingTracks;

@@ -18,13 +18,13 @@ use chainwave_correlation::{ShapeChoice, ShapeEvidence};
 use crate::camera::calibration::ChainMap;
 use crate::configuration::{Experiment, Law};
 use crate::evaluation::Evaluation;
+use crate::evaluation::notices::farthest_drive;
+use crate::evaluation::recording_alignment::{RecordingAlignment, RecordingAlignments};
 use crate::fitting::assumptions::{assumed_by_fits, assumed_of_pictures};
 use crate::fitting::damping::StatedDamping;
 use crate::fitting::fits::Departures;
 use crate::setup::Setup;
 use crate::tracked::Tracked;
-use crate::tracking::notices::farthest_drive;
-use crate::tracking::recording_alignment::{RecordingAlignment, RecordingAlignments};
 use crate::tracks::FollowedBody;
 use crate::wording::{estimate, probability};
 

@@ -2,17 +2,16 @@
 //! on, and what there is none of.
 
 use chainwave_inference::FitError;
-use chainwave_measurement::{Estimate, Observation, RecordingInfo, median};
+use chainwave_measurement::{Estimate, Observation, median};
 
 use crate::configuration::Experiment;
 use crate::error::Error;
+use crate::evaluation::lost_bodies::lost_for_good;
+use crate::evaluation::recording_alignment::{RecordingAlignment, RecordingAlignments};
+use crate::evaluation::unseen_bodies::unseen_for_a_while;
 use crate::finding::Finding;
 use crate::input::numbers::NotNegative;
 use crate::tracked::TrackedRecording;
-use crate::tracking::follow::EdgeNote;
-use crate::tracking::lost_bodies::lost_for_good;
-use crate::tracking::recording_alignment::{RecordingAlignment, RecordingAlignments};
-use crate::tracking::unseen_bodies::unseen_for_a_while;
 use crate::wording::{estimate, grouped, named};
 
 /// Everything worth knowing of the recordings that were used, each with the names of those that it is about.
@@ -93,24 +92,6 @@ pub(crate) fn not_compared(why: &Error) -> Finding {
 pub(crate) fn not_aligned(why: &FitError) -> Finding {
     let text = format!("there is none: {why}");
     Finding { code: "chain_model", subject: "the motion aligned by the chain model".into(), text }
-}
-
-/// What a file says against itself: steps of its time stamps, a header that contradicts them, and the like; and edges that bias its
-/// tracks.
-pub(crate) fn remarks(info: &RecordingInfo, edges: &[EdgeNote]) -> Vec<String> {
-    info.warnings.iter().cloned().chain(sharp_edges(edges)).collect()
-}
-
-/// One sentence on all bodies beside whose subsets an edge runs.
-fn sharp_edges(edges: &[EdgeNote]) -> Option<String> {
-    let near = || edges.iter().filter(|note| note.edge.rings());
-    let nearest_px = near().map(|note| note.edge.distance_px).min()?;
-    let bodies: Vec<&str> = near().map(|note| note.point.as_str()).collect();
-    Some(format!(
-        "sharp edges run beside the subsets of body {}, the nearest {nearest_px} px off, and ring into them, which biases positions by up \
-         to some thousandths of a pixel: leave 5 px of texture around subsets (a smaller half_width_px or half_height_px)",
-        bodies.join(", ")
-    ))
 }
 
 /// A trial whose drive lies far from the others'.
@@ -216,21 +197,8 @@ fn drive(
 
 #[cfg(test)]
 mod tests {
-    use chainwave_correlation::{SharpEdge, Side};
 
     use super::*;
-
-    #[test]
-    fn bodies_beside_an_edge_stand_in_one_sentence() {
-        let note = |body: &str, distance_px| EdgeNote {
-            point: body.into(),
-            edge: SharpEdge { side: Side::Left, distance_px },
-        };
-        assert_eq!(sharp_edges(&[]), None);
-        assert_eq!(sharp_edges(&[note("2", 4)]), None);
-        let said = sharp_edges(&[note("3", 2), note("4", 1)]).unwrap();
-        assert!(said.contains("body 3, 4, the nearest 1 px off"), "{said}");
-    }
 
     #[test]
     fn a_trigger_is_unusual_by_the_stated_scatter_and_its_own_error() {
