@@ -18,6 +18,8 @@ pub struct SensorCorrection {
     width_px: usize,
     height_px: usize,
     bit_depth: Option<u32>,
+    /// Whether the frames that it was found from say how many of their bits are significant.
+    states_depth: bool,
     dark: Option<Vec<f32>>,
     gain: Option<Vec<f32>>,
     defects: DefectMap,
@@ -36,6 +38,7 @@ impl SensorCorrection {
             width_px: defects.width_px(),
             height_px: defects.height_px(),
             bit_depth: None,
+            states_depth: false,
             dark: None,
             gain: None,
             defects,
@@ -102,9 +105,7 @@ impl SensorCorrection {
     /// frames; [`CameraError::Read`] when a frame cannot be read.
     pub fn from_flat(flat: &dyn Recording, dark: Option<&dyn Recording>) -> Result<Self, CameraError> {
         if let Some(dark) = dark {
-            let stated = [flat, dark].iter().all(|one| states_depth(one.info()));
-            let bit_depth = if stated { dark } else { flat }.info().bit_depth;
-            check_same(flat, (dark.info().width_px, dark.info().height_px, bit_depth), "the dark frames")?;
+            check_same(flat, (shape(dark), states_depth(dark.info())), "the dark frames")?;
         }
         Self::from_parts(flat, dark, Some(flat))
     }
@@ -126,7 +127,8 @@ impl SensorCorrection {
             expected: "frames that are brighter than the dark ones".into(),
             found: "none".into(),
         })?;
-        correction.bit_depth = states_depth(named.info()).then_some(named.info().bit_depth);
+        correction.bit_depth = Some(named.info().bit_depth);
+        correction.states_depth = states_depth(named.info());
         correction.dark_exposure_s = dark.and_then(|dark| dark.info().exposure_s);
         Ok(correction)
     }
@@ -173,9 +175,9 @@ impl SensorCorrection {
     /// Refuses a recording of another part of the sensor or of another depth, as far as files state that: frames of a 12 bit sensor may lie
     /// in a file of 16, but are then no brighter than 12 bits are.
     pub(super) fn check(&self, recording: &dyn Recording) -> Result<(), CameraError> {
-        let bit_depth = self.bit_depth.filter(|_| states_depth(recording.info()));
-        let bit_depth = bit_depth.unwrap_or(recording.info().bit_depth);
-        check_same(recording, (self.width_px, self.height_px, bit_depth), "the sensor's correction")?;
+        let bit_depth = self.bit_depth.unwrap_or(recording.info().bit_depth);
+        let expected = (self.width_px, self.height_px, bit_depth);
+        check_same(recording, (expected, self.states_depth), "the sensor's correction")?;
         let full_scale = recording.info().full_scale();
         let most = self.dark.iter().flatten().fold(0.0, |most: f64, &dark| most.max(dark.into()));
         if most <= full_scale {
@@ -235,14 +237,16 @@ fn shape(recording: &dyn Recording) -> (usize, usize, u32) {
     (recording.info().width_px, recording.info().height_px, recording.info().bit_depth)
 }
 
+/// Refuses a recording of another size, or of another depth where that is stated there and in the recording.
 fn check_same(
     recording: &dyn Recording,
-    expected: (usize, usize, u32),
+    (expected, states_depth_too): ((usize, usize, u32), bool),
     of_what: &str,
 ) -> Result<(), CameraError> {
     let text = |(width, height, bits): (usize, usize, u32)| format!("{width} x {height} px of {bits} bits");
     let found = shape(recording);
-    if found == expected {
+    let is_compared = states_depth_too && states_depth(recording.info());
+    if found == expected || (!is_compared && (found.0, found.1) == (expected.0, expected.1)) {
         return Ok(());
     }
     Err(CameraError::Correction {

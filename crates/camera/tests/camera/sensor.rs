@@ -199,6 +199,19 @@ fn frames_that_do_not_fit_or_tell_nothing_are_refused() {
     let correction = Arc::new(SensorCorrection::from_dark(&*flat).unwrap());
     let error = Corrected::new(small, correction).err().unwrap().to_string();
     assert!(error.contains("48 x 20 px of 16 bits") && error.contains("4 x 4 px of 8 bits"), "{error}");
+    // A file of 16 bits does not say how many of them count: it may be dark frames of 8 bits, if no brighter than these.
+    let eight_bit = |count: u8| {
+        let head = format!("{{'descr': '|u1', 'fortran_order': False, 'shape': (1, {HEIGHT}, {WIDTH}), }}\n");
+        written(&npy_bytes(&head, &vec![count; WIDTH * HEIGHT]))
+    };
+    let (_dim_folder, dim) = opened(&[seen(|_| 12.0)]);
+    let (_eight_folder, path) = eight_bit(99);
+    let corrected = |dark: &dyn Recording| {
+        Corrected::new(open(&path).unwrap(), Arc::new(SensorCorrection::from_dark(dark).unwrap()))
+    };
+    assert!(corrected(&*dim).is_ok());
+    let brighter = corrected(&*flat).err().unwrap().to_string();
+    assert!(brighter.contains("go up to 8000") && brighter.contains("full scale of 255"), "{brighter}");
     let empty = PixelStatistics::new(4, 4);
     assert!(SensorCorrection::of_statistics(Some(&empty), None).is_none());
     assert!(SensorCorrection::of_statistics(None, None).is_none());

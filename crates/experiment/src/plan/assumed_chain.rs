@@ -16,12 +16,16 @@ pub(super) struct AssumedChain {
     pub(super) striker_damping_kg_per_s: f64,
     /// Standard deviation of the trigger's delay from trial to trial, in seconds.
     pub(super) trigger_jitter_s: f64,
+    /// When the chain is struck, in seconds: at t = 0, the trigger, or once the stated rest is over, as in recordings whose t = 0 is their first frame.
+    pub(super) strike_s: f64,
     /// What no key of the experiment states, in words.
     pub(super) assumed: Vec<String>,
 }
 
 /// Standard deviation of a usual trigger, in frames.
 const USUAL_JITTER_FRAMES: f64 = 0.25;
+/// Standard deviations of the trigger by which a strike comes after the end of the rest.
+const AFTER_REST_SIGMAS: f64 = 4.0;
 /// Samples of the motion in the shortest period of the chain: their cubic interpolant errs by 4e-8 of an amplitude.
 const SAMPLES_A_PERIOD: f64 = 100.0;
 
@@ -47,23 +51,21 @@ impl AssumedChain {
         let stated_jitter = synthetic.map(|filmed| filmed.trigger_jitter_s.get());
         let stated_jitter = stated_jitter.or(experiment.trigger.sigma_s.map(Positive::get));
         let jitter_s = USUAL_JITTER_FRAMES / rate_hz;
-        Ok(Self {
-            damping_kg_per_s: or_usual(
-                stated_c_d,
-                c_d,
-                format!("c_d = {c_d:.1e} kg/s (hint: chain.damping_kg_per_s)"),
-            ),
-            striker_damping_kg_per_s: match experiment.striker {
-                Some(_) => or_usual(stated_c_s, c_s, format!("c_s = {c_s:.1e} kg/s")),
-                None => 0.0,
-            },
-            trigger_jitter_s: or_usual(
-                stated_jitter,
-                jitter_s,
-                format!("a trigger that scatters by {USUAL_JITTER_FRAMES} frames (hint: trigger.sigma_s)"),
-            ),
-            assumed,
-        })
+        let damping_kg_per_s =
+            or_usual(stated_c_d, c_d, format!("c_d = {c_d:.1e} kg/s (hint: chain.damping_kg_per_s)"));
+        let striker_damping_kg_per_s = match experiment.striker {
+            Some(_) => or_usual(stated_c_s, c_s, format!("c_s = {c_s:.1e} kg/s")),
+            None => 0.0,
+        };
+        let trigger_jitter_s = or_usual(
+            stated_jitter,
+            jitter_s,
+            format!("a trigger that scatters by {USUAL_JITTER_FRAMES} frames (hint: trigger.sigma_s)"),
+        );
+        let rest_until_s = experiment.tracking.rest_until_s;
+        let strike_s =
+            if rest_until_s > 0.0 { rest_until_s + AFTER_REST_SIGMAS * trigger_jitter_s } else { 0.0 };
+        Ok(Self { damping_kg_per_s, striker_damping_kg_per_s, trigger_jitter_s, strike_s, assumed })
     }
 
     /// The motion by a drive of so much strength ([`Experiment::nominal_drive`]).

@@ -149,7 +149,9 @@ fn bound(setup: &Setup, rehearsal: &Rehearsal, camera: &PlannedCamera) -> Result
             // Where the body rests is as unknown: what the frames share tells nothing else.
             let (mut shared, mut n_frames) = (DVector::<f64>::zeros(n), 0.0);
             for &time_s in &one.info.times_s {
-                let Some((at_m, [c_d, c_s, velocity, trigger])) = motions.of_body(body, time_s) else {
+                let Some((at_m, [c_d, c_s, velocity, trigger])) =
+                    motions.of_body(body, time_s - chain.strike_s)
+                else {
                     continue;
                 };
                 if !seen_px.contains(&(rest_px + px_per_m * at_m)) {

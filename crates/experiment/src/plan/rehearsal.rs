@@ -90,7 +90,8 @@ impl Rehearsal {
             let sigma = self.readings.of_body(body);
             let sigma_px = [0, 1].map(|axis| sigma.noise_px[axis].hypot(sigma.interpolation_px[axis]));
             let positions = times_s.iter().map(|time_s| {
-                let moment = motion.at(time_s + draw.trigger_delay_s).ok_or(Lost::Unreadable)?;
+                let since_strike_s = time_s + draw.trigger_delay_s - self.chain.strike_s;
+                let moment = motion.at(since_strike_s).ok_or(Lost::Unreadable)?;
                 let at_m = [x_m + moment.displacement_m(body - 1), y_m];
                 let at_px =
                     map.of_chain.map.image_px(at_m).filter(|at| is_inside(*at)).ok_or(Lost::OutOfView)?;

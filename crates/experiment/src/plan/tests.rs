@@ -191,6 +191,24 @@ fn what_is_not_stated_is_said_to_be_assumed() {
     assert!(planned(&unfilmed()).assumed.len() < found.assumed.len(), "what is stated is not assumed");
 }
 
+/// A folder of images has no trigger: its t = 0 is its first frame, and the strike comes once the stated rest is over.
+#[test]
+fn a_strike_comes_after_the_stated_rest() {
+    let planned_with = |rest_until_s: f64| {
+        let mut setup = unfilmed();
+        setup.experiment.synthetic = None;
+        setup.experiment.tracking.rest_until_s = rest_until_s;
+        planned(&setup)
+    };
+    let (usual, late) = (planned_with(-8e-5), planned_with(2e-3));
+    for ((result, usual, _), (_, late, _)) in usual.results.iter().zip(&late.results) {
+        let [usual, late] = [usual, late].map(|found| found.as_ref().unwrap());
+        println!("{result:?}: {usual:?}, {late:?}");
+        // 2 ms less of the motion are filmed, of some 20.
+        assert!((0.5..2.0).contains(&(late.sigma / usual.sigma)), "{result:?}: {usual:?}, {late:?}");
+    }
+}
+
 #[test]
 fn a_chain_to_the_left_is_planned_as_its_mirror_image() {
     let marked = |at_px: &dyn Fn(f64) -> f64| {
