@@ -211,7 +211,10 @@ fn frames_that_do_not_fit_or_tell_nothing_are_refused() {
     };
     assert!(corrected(&*dim).is_ok());
     let brighter = corrected(&*flat).err().unwrap().to_string();
-    assert!(brighter.contains("go up to 8000") && brighter.contains("full scale of 255"), "{brighter}");
+    assert!(
+        brighter.contains("dark frames, which go up to") && brighter.contains("full scale of 255"),
+        "{brighter}"
+    );
     let empty = PixelStatistics::new(4, 4);
     assert!(SensorCorrection::of_statistics(Some(&empty), None).is_none());
     assert!(SensorCorrection::of_statistics(None, None).is_none());

@@ -61,7 +61,8 @@ impl PlannedCamera {
         let rate_hz = stated_hz.unwrap_or((FRAMES_A_PERIOD * experiment.band_edge_hz()?).max(1.0).round());
         let first_image = (experiment.tracking.rest_until_s * rate_hz - REST_FRAMES).floor();
         let last_s = linear.crossing_time_s(experiment.chain.n_bodies) / SLOWEST_SHARE;
-        let n_frames = (last_s * rate_hz - first_image).ceil();
+        let strike_s = experiment.tracking.rest_until_s.max(0.0);
+        let n_frames = ((strike_s + last_s) * rate_hz - first_image).ceil();
         let camera = usual_camera(usual_size_px(setup, scale_px_per_m), rate_hz, scale_px_per_m);
         let mut assumed = vec![format!(
             "a camera of 12 bits in files of 16, {} x {} px, read noise {} counts and {} counts an electron; speckles of {SPECKLE_PX} px with a \

@@ -204,7 +204,7 @@ fn a_strike_comes_after_the_stated_rest() {
     for ((result, usual, _), (_, late, _)) in usual.results.iter().zip(&late.results) {
         let [usual, late] = [usual, late].map(|found| found.as_ref().unwrap());
         println!("{result:?}: {usual:?}, {late:?}");
-        // 2 ms less of the motion are filmed, of some 20.
+        // As much of the motion is filmed, but for the strike's distance from the end of the rest.
         assert!((0.5..2.0).contains(&(late.sigma / usual.sigma)), "{result:?}: {usual:?}, {late:?}");
     }
 }
