@@ -1,8 +1,8 @@
 //! Tests of the workspace as a whole, in one binary: `cargo test --release -p chainwave-tests`. What each file tests stands at its head.
 //!
 //! A test that runs the command starts it with [`support::command::chainwave`], and films in a [`support::laboratory::Laboratory`]. One that
-//! films lives in a module named `slow`, which `cargo xtask test --fast` leaves out and which has the machine for itself
-//! under nextest.
+//! films lives in a module named `slow`, which `cargo xtask test --fast` leaves out; those that kill a run or time methods have the
+//! machine for themselves under nextest (`.config/nextest.toml`).
 
 // The attribute on each module tells the lints that helpers outside of `#[test]` functions are tests too.
 #[cfg(test)]
