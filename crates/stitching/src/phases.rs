@@ -145,10 +145,9 @@ impl<'a> Aligned<'a> {
             gauge.fix(&mut state.drive, &mut state.offsets_s);
             state.scale = Scale::True;
             if gauge.is_settled() && is_short {
-                contradiction = match scatter {
-                    Some(stated) => state.contradiction_of_scatter(stated)?,
-                    None => contradiction,
-                };
+                if let Some(stated) = scatter {
+                    contradiction = state.contradiction_of_scatter(stated)?;
+                }
                 if scatter.is_some() && contradiction.is_some() {
                     // From the beginning, by the onset alone.
                     (state.drive, state.offsets_s, state.scale) = ungauged.clone();
