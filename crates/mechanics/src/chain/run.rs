@@ -231,17 +231,16 @@ impl<'a, R: Record> Run<'a, R> {
         let mut h_s = self.control.step_s(target_s - time_s);
         loop {
             self.rung.advance(&self.model, state, Step { time_s, h_s }, ahead);
-            match self.control.judge(self.rung.local_error(), h_s) {
-                None => break,
-                Some(shorter_s) => h_s = shorter_s,
-            }
-            if h_s < self.control.least_s {
+            let Some(shorter_s) = self.control.judge(self.rung.local_error(), h_s) else { break };
+            if shorter_s < self.control.least_s {
                 if self.model.gap_jumps(state, ahead) {
+                    // The state ahead is that of the step which was tried.
                     self.control.pass(self.rung.local_error());
                     break;
                 }
-                return Err(self.control.out_of_reach(&self.order, time_s, h_s));
+                return Err(self.control.out_of_reach(&self.order, time_s, shorter_s));
             }
+            h_s = shorter_s;
         }
         let cut = cut_at_switch(&mut self.rung, &self.model, state, Step { time_s, h_s }, ahead);
         self.steps += 1;
