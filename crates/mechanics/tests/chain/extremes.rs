@@ -1,7 +1,8 @@
 //! What lies at the ends of the chain model's range: finite and right, or refused with a reason.
 
 use chainwave_mechanics::{
-    Chain, Drive, ImposedMotion, MechanicsError, Method, PowerLaw, Schedule, simulate,
+    Chain, Contact, Drive, ImposedMotion, Integration, Law, MechanicsError, Method, PowerLaw, Schedule,
+    Tension, simulate,
 };
 
 use crate::scenes::{hec_chain, ring_law, run, striker};
@@ -116,4 +117,39 @@ fn schedules_without_meaning_are_refused() {
         };
         assert!(simulate(&chain, &schedule).is_err(), "{schedule:?}");
     }
+}
+
+/// Heavy bodies that hardly press on each other, shaken apart: dashpots much faster than the springs end with their contacts,
+/// and a step over such an end takes the clock as far as it takes the bodies.
+#[test]
+fn a_shaken_chain_opens_its_damped_contacts_in_few_steps() {
+    let (amplitude_m, omega_rad_per_s, duration_s) = (4e-5, 2.7, 2.0);
+    let times_s: Vec<f64> = (0..=2000).map(|k| f64::from(k) * 1e-3).collect();
+    let shaken_m = times_s.iter().map(|t| amplitude_m * (omega_rad_per_s * t).sin()).collect();
+    let contact = Contact {
+        law: Law::Power(PowerLaw::from_stiffness(8.0, 7e-8, 1.5).unwrap()),
+        tension: Tension::Detach,
+        damping_kg_per_s: 2800.0,
+    };
+    let chain = Chain {
+        mass_kg: vec![90.0; 9],
+        contact: contact.into(),
+        ..hec_chain(9, 0.0, Drive::Imposed(ImposedMotion::from_samples(times_s, shaken_m).unwrap()))
+    };
+    let chosen = simulate(&chain, &Schedule::automatic(duration_s, 1e-2)).unwrap();
+    assert_eq!(chosen.method, "esdirk4");
+    assert!(chosen.tension_events > 0, "no contact opened");
+    // A step is found within 20 trials where a contact opens, and grows back within 20 more; each has 5 stages of a few
+    // corrections. 200 outputs and a hundred switches ask for no more than this.
+    assert!(chosen.force_evaluations < 9 * (200 + 100) * 40 * 5 * 6, "{}", chosen.force_evaluations);
+    let dt_s = 2e-5;
+    let integration = Integration::Steps { method: Method::Rk4, dt_s };
+    let expected =
+        simulate(&chain, &Schedule { integration, ..Schedule::automatic(duration_s, 1e-2) }).unwrap();
+    let (found, expected) = (&chosen.trajectory.displacement_m, &expected.trajectory.displacement_m);
+    let largest_m = expected.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    let error_m = found.iter().zip(expected).fold(0.0_f64, |m, (one, other)| m.max((one - other).abs()));
+    // The plain solver's constant steps pass each jump of the forces anywhere within a step: c h / m of the speed there, so that
+    // part of the way made since.
+    assert!(error_m < 2800.0 * dt_s / 90.0 * largest_m, "{error_m:e} of {largest_m:e}");
 }
