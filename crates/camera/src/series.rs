@@ -108,7 +108,7 @@ fn files_of_folder(path: &Path) -> Result<Vec<PathBuf>, CameraError> {
 
 fn open_folder(path: &Path, options: &OpenOptions) -> Opened {
     let mut images = Vec::new();
-    let mut unreadable = Vec::new();
+    let (mut unreadable, mut others) = (Vec::new(), Vec::new());
     for file in files_in(path)? {
         let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
         match Kind::of(&read_head(&file)?) {
@@ -116,8 +116,15 @@ fn open_folder(path: &Path, options: &OpenOptions) -> Opened {
             None if IMAGE_NAMES.iter().any(|extension| has_extension(&file, extension)) => {
                 unreadable.push(name);
             }
-            None => {}
+            None => others.push(name),
         }
+    }
+    if let (true, Some(first)) = (images.is_empty() && unreadable.is_empty(), others.first()) {
+        return Err(CameraError::Unsupported {
+            path: path.into(),
+            what: format!("a folder without images, of {} other files such as `{first}`,", others.len()),
+            hint: "name the recordings in it one by one, or by a pattern".into(),
+        });
     }
     let names: Vec<(Kind, &str)> = images.iter().map(|(kind, name, _)| (*kind, name.as_str())).collect();
     let mut numbering = Numbering::of(&names).map_err(|(what, hint)| CameraError::Unsupported {

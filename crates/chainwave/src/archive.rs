@@ -24,7 +24,7 @@ use crate::error::Error;
 use crate::kept::digest;
 use crate::on_demand;
 use crate::outcome::Outcome;
-use crate::output::{make_folder, stays_within, write_json, write_whole};
+use crate::output::{found_in_place_of, make_folder, stays_within, write_json, write_whole};
 use crate::run::PROVENANCE;
 use crate::terminal::say;
 use chainwave_experiment::read_toml;
@@ -163,7 +163,7 @@ fn say<'a>(out: &Path, files: impl Iterator<Item = &'a Packed>) {
 fn provenance(results: &Path) -> Result<Provenance, Error> {
     let path = results.join(PROVENANCE);
     if !path.is_file() {
-        let found = if results.is_dir() { "a folder without it" } else { "no such folder" };
+        let found = found_in_place_of(results, "a folder without it");
         return Err(Error::Argument(format!(
             "{}: expected results of `chainwave run` with provenance.toml, found {found} (hint: the folder given to run's --out; a run that \
              was cut off goes on when it is started again)",

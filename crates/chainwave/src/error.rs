@@ -77,7 +77,9 @@ pub(crate) fn hint_of(error: &chainwave_experiment::Error) -> &'static str {
 
 fn hint_of_recording(error: &CameraError) -> &'static str {
     match error {
-        CameraError::Truncated { .. } => " (hint: --partial takes the frames of it that are whole)",
+        CameraError::Truncated { .. } => {
+            " (hint: --partial of inspect, track and run takes the frames of it that are whole)"
+        }
         _ => "",
     }
 }

@@ -8,6 +8,7 @@ use chainwave_figures::{Draw, Format, Picture, Style};
 use crate::cli::{self, FigureFormat};
 use crate::error::Error;
 use crate::outcome::Outcome;
+use crate::output::found_in_place_of;
 use crate::terminal::say;
 use chainwave_experiment::read_toml;
 
@@ -17,7 +18,7 @@ pub(crate) fn figures(arguments: &cli::Figures) -> Result<Outcome, Error> {
     let style = style.as_deref().map_or_else(|| Ok(Style::default()), read_style)?;
     let mut kept = kept_in(results)?;
     if kept.is_empty() {
-        let found = if results.is_dir() { "a folder without any" } else { "no such folder" };
+        let found = found_in_place_of(results, "a folder without any");
         return Err(Error::Argument(format!(
             "{}: expected results with figures that were kept (figures/NAME.{}), found {found} (hint: the folder given to --out of `chainwave \
              run`; run again what an earlier version wrote, its tracks are used again)",

@@ -13,7 +13,7 @@ use tiff::encoder::{TiffEncoder, colortype::Gray16};
 use crate::cli::Inspect;
 use crate::error::Error;
 use crate::outcome::Outcome;
-use crate::output::{expect_apart, expect_folder_of, write_whole};
+use crate::output::{expect_apart, expect_ending, expect_folder_of, write_whole};
 use crate::terminal::{answer, is_json, say};
 
 /// Prints a recording's facts, and writes one of its frames where that is asked.
@@ -21,6 +21,7 @@ pub(crate) fn inspect(arguments: &Inspect) -> Result<Outcome, Error> {
     if let Some(out) = &arguments.out {
         expect_tiff(out)?;
     }
+    arguments.sheet.iter().try_for_each(|sheet| expect_ending(sheet, "png"))?;
     for written in arguments.out.iter().chain(&arguments.sheet) {
         expect_folder_of(written)?;
     }

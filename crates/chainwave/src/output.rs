@@ -106,7 +106,22 @@ pub(crate) fn stays_within(name: &str) -> bool {
 
 /// Makes a folder with all its parents.
 pub(crate) fn make_folder(path: &Path) -> Result<(), Error> {
+    if path.is_file() {
+        return Err(Error::Argument(format!(
+            "{}: expected a folder for the results, found a file",
+            path.display()
+        )));
+    }
     fs::create_dir_all(path).map_err(Error::file(path, "make the folder"))
+}
+
+/// What stands under a path where a folder with certain contents was expected.
+pub(crate) fn found_in_place_of(folder: &Path, without: &'static str) -> &'static str {
+    match (folder.is_dir(), folder.exists()) {
+        (true, _) => without,
+        (_, true) => "a file",
+        _ => "no such folder",
+    }
 }
 
 /// The folder of figures in a folder of results.

@@ -43,12 +43,28 @@ pub(crate) fn simulate(arguments: &cli::Simulate) -> Result<Outcome, Error> {
     let simulation = chainwave_mechanics::simulate(&chain, &schedule)?;
     let wall_s = start.elapsed().as_secs_f64();
     let (striker, far_striker) = (simulation.striker.as_ref(), simulation.far_striker.as_ref());
+    note_lost_energy(&arguments.scene, simulation.energy_drift);
     let motion = simulated_table(&simulation.trajectory, striker, far_striker);
     table::write_result(&arguments.out, motion)?;
     if let Some(path) = &arguments.summary {
         write_summary(path, &simulation, wall_s)?;
     }
     Ok(Outcome::default())
+}
+
+/// Relative energy that a motion may lose or gain by its steps before that is said.
+const ENERGY_DRIFT: f64 = 0.01;
+
+/// Says where the energy that steps lost or made is no small part of the motion's.
+fn note_lost_energy(scene: &Path, energy_drift: f64) {
+    if energy_drift > ENERGY_DRIFT {
+        Outcome::note(format!(
+            "{}: the steps lose or gain {:.0} % of the energy: the motion is not to be trusted (hint: a smaller \
+             integrator.dt_s)",
+            scene.display(),
+            100.0 * energy_drift
+        ));
+    }
 }
 
 /// Writes the bands of a chain.

@@ -61,7 +61,7 @@ mod wording;
 pub use camera::calibration::{CalibrationFile, ChainMap, ErrorTable, MapTable};
 pub use camera::sensor::SensorFiles;
 pub use chain::measuring::measure_motion;
-pub use chain::scene::{BandPoint, ChainScene};
+pub use chain::scene::{BandPoint, ChainScene, n_kappa};
 pub use configuration::{
     Analysis, BodyState, Camera, Chain, Contact, ContactTable, DriveTable, Experiment, FAULT_KINDS,
     FarEndTable, FarStrikerTable, Fault, FilmedRings, FilmedView, Gaps, GroundTable, Law, Marks, Pattern,

@@ -71,6 +71,7 @@ fn check_views(setup: &Setup, n_threads: NonZero<usize>, mut sanity: Sanity) -> 
     sanity.findings.extend(stated::scale(setup, &views)?);
     sanity.findings.extend(stated::masses(setup, &views)?);
     sanity.findings.extend(stated::velocity(setup, &views));
+    sanity.findings.extend(stated::profile_times(setup, &views));
     stage::empty_views(setup, &views, &mut sanity)?;
     stage::other_bodies(setup, &views, &mut sanity)?;
     let is_used = |view: &&ViewAtRest| sanity.reason(&view.trial.recording).is_none();

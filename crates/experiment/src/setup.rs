@@ -49,6 +49,13 @@ impl Setup {
     /// # Errors
     /// A file that cannot be read or makes no sense.
     pub fn read(path: &Path, recordings: Option<&Path>) -> Result<Self, Error> {
+        if let Some(folder) = recordings.filter(|folder| !folder.is_dir()) {
+            let found = if folder.exists() { "a file" } else { "no such folder" };
+            return Err(Error::Value(format!(
+                "--recordings {}: expected the folder of the recordings, found {found}",
+                folder.display()
+            )));
+        }
         let experiment = Experiment::read(path)?;
         let table = experiment.read_trials(path)?;
         Self::of(experiment, table, path, recordings)

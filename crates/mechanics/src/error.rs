@@ -115,6 +115,17 @@ pub enum MechanicsError {
         /// What to change.
         hint: &'static str,
     },
+    /// A gap left its table of forces where the force falls, which along the tangent it does for ever.
+    #[error(
+        "gap {gap}: expected overlaps within its table of forces, found some beyond {end_m} m, where the table ends with a force that falls \
+         as the overlap grows past it: nothing would bring the bodies back (hint: points beyond, where the force rises again)"
+    )]
+    BeyondTable {
+        /// Number of the gap, that of the body behind it; 0 lies between a striker and body 1.
+        gap: usize,
+        /// The end of the table, in metres.
+        end_m: f64,
+    },
     /// The motion left the range of numbers.
     #[error("the motion is no longer finite at t = {time_s} s: the step or a parameter is far out of range")]
     NotFinite {

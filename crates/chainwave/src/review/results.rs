@@ -6,6 +6,7 @@ use chainwave_experiment::{RecordingTracks, read_text};
 use serde_json::Value;
 
 use crate::error::Error;
+use crate::output::found_in_place_of;
 use crate::table;
 use crate::tracks_table::tracks_of;
 
@@ -32,8 +33,10 @@ impl ReviewedResults {
         let path = folder.join(TRACKS);
         if !path.is_file() {
             return Err(Error::Argument(format!(
-                "{}: expected a folder that run wrote, found no {TRACKS} in it (hint: of several striker velocities each has a folder)",
-                folder.display()
+                "{}: expected a folder with {TRACKS}, as `chainwave run` writes it, found {} (hint: of several striker velocities each has \
+                 a folder)",
+                folder.display(),
+                found_in_place_of(folder, "a folder without it")
             )));
         }
         let views = views(&folder.join(RESULTS))?;

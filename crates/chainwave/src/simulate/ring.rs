@@ -21,6 +21,7 @@ use crate::outcome::Outcome;
 use crate::output::write_text;
 use crate::table;
 
+use super::note_lost_energy;
 use figures::{FiguresTable, VelocityRow, wave_of};
 use scene::{Mesh, RingScene, Task};
 
@@ -122,6 +123,7 @@ fn motion(
         }
     };
     chain.elements_per_ring = elements;
+    note_lost_energy(&arguments.scene, simulation.energy_drift);
     if let Some(SelfContact { ring, time_s }) = simulation.self_contact {
         outcome.fail(format!(
             "{}: expected walls that stay apart, found those of ring {ring} in contact at t = {time_s:.3e} s, where the model \

@@ -53,6 +53,20 @@ enum TaskName {
 
 /// Points of a band between kappa a = 0 and pi where their number is not stated.
 const N_KAPPA: usize = 65;
+/// The most points: more would tell nothing, and fill the disk.
+const MOST_N_KAPPA: usize = 100_000;
+
+/// The number of points of a band between kappa a = 0 and pi, from what a scene states as `n_kappa`.
+///
+/// # Errors
+/// What is wrong with it: both ends are points, and there are at most 100 000.
+pub fn n_kappa(stated: Option<usize>) -> Result<usize, String> {
+    let found = stated.unwrap_or(N_KAPPA);
+    let makes_sense = (2..=MOST_N_KAPPA).contains(&found);
+    makes_sense
+        .then_some(found)
+        .ok_or_else(|| format!("n_kappa: expected 2 to {MOST_N_KAPPA}, found {found}"))
+}
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -163,7 +177,7 @@ impl ChainScene {
         let chain = self.resting(path, read)?;
         let unlike = "expected a chain whose bodies and gaps repeat, of which bands are told, found one that repeats none";
         let cell = chain.unit_cell().ok_or_else(|| configuration(path, unlike.into()))?;
-        let n_kappa = self.n_kappa.unwrap_or(N_KAPPA).max(2);
+        let n_kappa = n_kappa(self.n_kappa).map_err(|wrong| configuration(path, wrong))?;
         let at = |k: usize| {
             let kappa_a = PI * k as f64 / (n_kappa - 1) as f64;
             let frequencies_hz = cell.frequencies_hz(kappa_a / cell.n_bodies() as f64);
@@ -185,6 +199,7 @@ impl ChainScene {
         path: &Path,
         read: &dyn Fn(&Path) -> Result<Table, E>,
     ) -> Result<Chain, E> {
+        self.spacing(path)?;
         self.driven(self.resting(path, read)?, path, read)
     }
 

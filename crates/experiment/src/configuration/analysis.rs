@@ -51,6 +51,8 @@ impl Default for Analysis {
 
 /// Replicas that tell an uncertainty to a sixth.
 const LEAST_REPLICAS: usize = 20;
+/// Replicas that tell it to one in four hundred; more fill the memory and tell nothing.
+const MOST_REPLICAS: usize = 100_000;
 
 impl Analysis {
     /// Refuses what cannot be asked of a chain of `n_gaps` gaps, before anything is tracked.
@@ -65,8 +67,9 @@ impl Analysis {
                 self.edge_fraction.to_string(),
             );
         }
-        if self.n_replicas < LEAST_REPLICAS {
-            return refused("n_replicas", format!("at least {LEAST_REPLICAS}"), self.n_replicas.to_string());
+        if !(LEAST_REPLICAS..=MOST_REPLICAS).contains(&self.n_replicas) {
+            let expected = format!("{LEAST_REPLICAS} to {MOST_REPLICAS}");
+            return refused("n_replicas", expected, self.n_replicas.to_string());
         }
         for (key, gap) in [("first_gap", self.first_gap), ("last_gap", self.last_gap)] {
             if let Some(gap) = gap.filter(|gap| !(1..=n_gaps).contains(gap)) {
@@ -93,7 +96,7 @@ mod tests {
         let refused = |analysis: Analysis| analysis.check(11).unwrap_err().to_string();
         assert!(
             refused(Analysis { n_replicas: 1, ..usual.clone() })
-                .contains("analysis.n_replicas: expected at least 20, found 1")
+                .contains("analysis.n_replicas: expected 20 to 100000, found 1")
         );
         assert!(refused(Analysis { edge_fraction: 7.0, ..usual.clone() }).contains("analysis.edge_fraction"));
         assert!(

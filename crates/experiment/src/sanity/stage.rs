@@ -43,6 +43,8 @@ const N_IN_COMMON: usize = 3;
 /// # Errors
 /// [`Error::Configuration`] where no view has a body.
 pub(super) fn empty_views(setup: &Setup, views: &[ViewAtRest], sanity: &mut Sanity) -> Result<(), Error> {
+    // A scale or pitch that is wrong moves bodies out of every view: the stage is then no cause.
+    let is_scale_doubted = sanity.findings.iter().any(|finding| finding.code == "scale");
     for view in views.iter().filter(|view| view.bodies.is_empty()) {
         let info = view.recording.info();
         let stage_m = view.trial.stage_m;
@@ -56,6 +58,7 @@ pub(super) fn empty_views(setup: &Setup, views: &[ViewAtRest], sanity: &mut Sani
         let hint = MEANINGS
             .iter()
             .take(N_IN_COMMON)
+            .filter(|_| !is_scale_doubted)
             .find(shown)
             .map_or(String::new(), |meaning| format!(" (hint: {})", meaning.what));
         let reason = format!(

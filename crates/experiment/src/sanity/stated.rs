@@ -7,6 +7,11 @@ use crate::error::Error;
 use crate::finding::Finding;
 use crate::setup::Setup;
 
+/// The smallest subset that the tracker takes, across.
+const LEAST_SUBSET_PX: f64 = 11.0;
+/// Half of a usual subset, for a hint.
+const USUAL_HALF_PX: f64 = 16.0;
+
 /// The key that the scale comes from.
 pub(super) fn scale_key(setup: &Setup) -> &'static str {
     let camera = &setup.experiment.camera;
@@ -47,9 +52,17 @@ pub(super) fn scale(setup: &Setup, views: &[ViewAtRest]) -> Result<Option<Findin
     let unit =
         of_scale.chain(of_pitch).find(|(factor, _)| fits(*factor)).map(|(_, hint)| hint).unwrap_or_default();
     if pitch_px <= 0.5 * subset_px {
+        // Neighbours that lie well apart in the picture have no wrong unit: their subsets are too large.
+        let (key, hint) = match pitch_px >= LEAST_SUBSET_PX {
+            true => {
+                let half_px = (0.5 * (pitch_px - 1.0)).floor().min(USUAL_HALF_PX);
+                ("tracking.half_width_px", format!(" (hint: half_width_px = {half_px})"))
+            }
+            false => (key, unit),
+        };
         return Err(Error::Configuration {
             path: setup.path.clone(),
-            message: format!("{key}: {stated}, inside each other's subsets of {subset_px} px{unit}"),
+            message: format!("{key}: {stated}, inside each other's subsets of {subset_px} px{hint}"),
         });
     }
     let found = |code, text| Ok(Some(Finding { code, subject: key.into(), text }));
@@ -66,6 +79,24 @@ pub(super) fn scale(setup: &Setup, views: &[ViewAtRest]) -> Result<Option<Findin
         );
     }
     Ok(None)
+}
+
+/// Times of profiles that are filmed; a time that no recording reaches is drawn nowhere.
+pub(super) fn profile_times(setup: &Setup, views: &[ViewAtRest]) -> Option<Finding> {
+    let last_s =
+        views.iter().filter_map(|view| view.recording.info().last_s()).fold(f64::NEG_INFINITY, f64::max);
+    let times_s = setup.experiment.analysis.profile_times_s.as_ref()?;
+    let outside_s = *times_s.iter().find(|time_s| !(0.0..=last_s).contains(*time_s))?;
+    let in_ms = (0.0..=last_s).contains(&(1e-3 * outside_s));
+    let hint = if in_ms { "are they in milliseconds?" } else { "times count from the trigger" };
+    last_s.is_finite().then(|| Finding {
+        code: "profile_times",
+        subject: "analysis.profile_times_s".into(),
+        text: format!(
+            "expected times from 0 to {last_s:.4} s, which are filmed, found {outside_s} s, of which no profile is drawn \
+             (hint: {hint})"
+        ),
+    })
 }
 
 /// A striker so many times as heavy or light as a body is none.

@@ -92,6 +92,9 @@ impl<'a> Run<'a, Recorder> {
         let recorder = Recorder::new(chain.n_bodies(), times_s, order.keep_every, &Row::of(chain));
         let (mut run, mut at) = Self::begin(chain, pace, order, recorder)?;
         run.go_on(&mut at, order.n_outputs - 1)?;
+        if let Some((gap, end_m)) = pace.fallen_off(&run.ledger) {
+            return Err(MechanicsError::BeyondTable { gap, end_m });
+        }
         run.record.write();
         Ok(run)
     }

@@ -79,6 +79,16 @@ impl<'a> Pace<'a> {
         all.fold(0.0, |largest, overlap_m| largest.max(overlap_m.abs()))
     }
 
+    /// The first gap (1 between bodies 1 and 2) whose table of forces was left at an end from where the force falls away, and that end in
+    /// metres.
+    pub(crate) fn fallen_off(&self, ledger: &Ledger) -> Option<(usize, f64)> {
+        (0..self.row.n_links()).find_map(|gap| {
+            let [least_m, most_m] = self.range_m(ledger, gap);
+            let end_m = self.row.contact(gap).fallen_off_m(least_m, most_m)?;
+            Some((gap + 1 - self.row.first_body(), end_m))
+        })
+    }
+
     /// Whether a contact between bodies that detaches ever opened.
     pub(crate) fn has_opened(&self, ledger: &Ledger) -> bool {
         let opened = |gap: usize| {

@@ -249,6 +249,13 @@ impl Contact {
         matches!(&self.law, Law::Table(law) if law.pulls_in_compression())
     }
 
+    /// The end of a table's points that a gap with overlaps in this range fell off, if it did.
+    pub(crate) fn fallen_off_m(&self, least_m: f64, most_m: f64) -> Option<f64> {
+        let Law::Table(law) = &self.law else { return None };
+        let least_m = if self.tension == Tension::Detach { f64::INFINITY } else { least_m };
+        law.fallen_off_m(least_m, most_m)
+    }
+
     /// A length L in metres such that the force is at least k_0 Delta / (1 + Delta / L) in compression; zero where none is
     /// known. For a power law of exponent below 1 the tangent at Delta, which does so, passes above zero at zero overlap.
     pub(crate) fn softening_m(&self) -> f64 {

@@ -210,6 +210,14 @@ impl TableLaw {
         last.force[1] < 0.0 || self.pieces.iter().any(|piece| piece.start_m > 0.0 && piece.force[0] < 0.0)
     }
 
+    /// The end of the points that the overlaps of a range pass though the force falls away beyond it, if there is one: along the tangent it
+    /// falls for ever, and what is there does not come back.
+    pub(crate) fn fallen_off_m(&self, least_m: f64, most_m: f64) -> Option<f64> {
+        let [first, last] = [&self.pieces[0], &self.pieces[self.pieces.len() - 1]];
+        let ends = [(least_m < first.start_m, first), (most_m > last.start_m, last)];
+        ends.into_iter().find(|(passed, end)| *passed && end.force[1] < 0.0).map(|(_, end)| end.start_m)
+    }
+
     /// The largest slope, up or down, anywhere.
     pub(crate) fn steepest_n_per_m(&self) -> f64 {
         let last_m = self.pieces[self.pieces.len() - 1].start_m;

@@ -2,7 +2,7 @@
 
 use chainwave_mechanics::{
     Chain, Contact, Drive, ImposedMotion, Integration, Law, MechanicsError, Method, PowerLaw, Schedule,
-    Tension, simulate,
+    TableLaw, Tension, simulate,
 };
 
 use crate::scenes::{hec_chain, ring_law, run, striker};
@@ -152,4 +152,19 @@ fn a_shaken_chain_opens_its_damped_contacts_in_few_steps() {
     // The plain solver's constant steps pass each jump of the forces anywhere within a step: c h / m of the speed there, so that
     // part of the way made since.
     assert!(error_m < 2800.0 * dt_s / 90.0 * largest_m, "{error_m:e} of {largest_m:e}");
+}
+
+/// Struck hard enough, bodies leave a table whose force falls at its end: along the tangent they would fall into each other for ever.
+#[test]
+fn a_table_is_not_left_where_its_force_falls() {
+    let struck = |forces_n: &[f64], v| {
+        let law = TableLaw::new(&[-1e-3, 0.0, 1e-3, 2e-3], forces_n).unwrap();
+        let contact = Contact { law: Law::Table(law), tension: Tension::default(), damping_kg_per_s: 0.0 };
+        automatic(&Chain { contact: contact.into(), ..hec_chain(5, 0.0, striker(v, 0.0)) }, 0.02)
+    };
+    let (rises, falls) = ([-1.5, 0.0, 1.5, 3.0], [-1.5, 0.0, 1.5, 1.0]);
+    let beyond = struck(&falls, 3.0);
+    assert!(matches!(beyond, Err(MechanicsError::BeyondTable { gap: 0, .. })), "{beyond:?}");
+    // Within the points, and beyond them where the force goes on to rise, the motion stands.
+    assert!(struck(&falls, 0.1).is_ok() && struck(&rises, 3.0).is_ok());
 }

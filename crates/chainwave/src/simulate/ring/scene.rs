@@ -8,12 +8,11 @@ use serde::Deserialize;
 use crate::error::Error;
 use crate::parallel::threads;
 use crate::table;
-use chainwave_experiment::{BodyState, FarEndTable, NotNegative, Positive, imposed_motion, parse_toml};
+use chainwave_experiment::{
+    BodyState, FarEndTable, NotNegative, Positive, imposed_motion, n_kappa, parse_toml,
+};
 
 use super::figures::FiguresTable;
-
-/// Points of a band between kappa a = 0 and pi where their number is not stated.
-const N_KAPPA: usize = 65;
 
 /// `SCENE.toml` of rings, as interface.md gives it. What a task does not need may be left out.
 #[derive(Debug, Deserialize)]
@@ -166,7 +165,7 @@ impl RingScene {
             (Some(TaskName::Bands), _) => Task::Bands(BandsAsked {
                 symmetry: self.symmetry,
                 n_bands: self.n_bands.unwrap_or(4),
-                n_kappa: self.n_kappa.unwrap_or(N_KAPPA).max(2),
+                n_kappa: n_kappa(self.n_kappa).map_err(|wrong| wrong_in(path, wrong))?,
             }),
             (None, Some(DriveTable::Compression { max_overlap_m, n_steps })) => {
                 Task::Compression { max_overlap_m: max_overlap_m.get(), n_steps: *n_steps }
