@@ -6,15 +6,11 @@ use ndarray::Array2;
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex;
 
-use crate::tail::{Tail, hann};
+use crate::tail::{HANN_RESOLUTION, PADDING, Tail, hann};
 use crate::{LeadingPulse, Missing, StrainMap};
 
-/// Zero padding each way, so that the grid is finer than the resolution.
-const PADDING: usize = 4;
 /// Neighbouring gaps below which wavenumbers cannot be told.
 const MIN_GAPS: usize = 4;
-/// Width of a Hann window's main lobe at half amplitude, in units of 1/length.
-const HANN_RESOLUTION: f64 = 2.0;
 
 /// Amplitude of the tails over wavenumber and frequency.
 #[derive(Debug, Clone, PartialEq)]

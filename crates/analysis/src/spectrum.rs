@@ -8,20 +8,14 @@ use rustfft::num_complex::Complex;
 
 use crate::line_test::LineTest;
 use crate::probability::chi_squared_beyond;
-use crate::tail::{Tail, hann};
+use crate::rule::SIGNIFICANCE_LEVEL;
+use crate::tail::{HANN_RESOLUTION, PADDING, Tail, hann};
 use crate::{LeadingPulse, Missing, StrainMap};
-
-/// Zero padding of the record, so that the frequency grid is finer than the resolution and a peak is not lost between bins.
-const PADDING: usize = 4;
-/// Width of a Hann window's main lobe at half amplitude, in units of 1/duration.
-const HANN_RESOLUTION: f64 = 2.0;
 
 /// Tails coarser than this times the finest resolution stay out of the average.
 const MAX_RESOLUTION_RATIO: f64 = 2.0;
 /// Half width of the lobe around zero frequency that a decaying tail leaves, in units of the resolution.
 const DECAY_LOBE: f64 = 1.5;
-/// Probability that noise alone is taken for a maximum.
-const NOISE_LEVEL: f64 = 0.01;
 
 /// Amplitude spectrum of each gap's strain behind the leading pulse.
 #[derive(Debug, Clone, PartialEq)]
@@ -270,7 +264,7 @@ impl MeanPower {
                 degrees_of_freedom as f64 * self.power[top] / noise,
                 degrees_of_freedom as f64,
             )
-            < NOISE_LEVEL
+            < SIGNIFICANCE_LEVEL
     }
 }
 

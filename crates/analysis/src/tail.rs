@@ -4,6 +4,10 @@ use crate::front::compression;
 use crate::velocity::Line;
 use crate::{LeadingPulse, Missing, StrainMap};
 
+/// Zero padding of a record, so that the grid of a spectrum is finer than its resolution and no peak is lost between bins.
+pub(crate) const PADDING: usize = 4;
+/// Width of a Hann window's main lobe at half amplitude, in units of one over the record's length.
+pub(crate) const HANN_RESOLUTION: f64 = 2.0;
 /// Samples that a tail needs at least.
 const MIN_SAMPLES: usize = 32;
 

@@ -59,14 +59,14 @@ pub(crate) use self::watch::Watch;
 const AFTER_HELP: &str = "\
 Exit codes:
   0  all done
-  1  some inputs failed, each named on standard error, and the rest is done; for check: there are warnings
+  1  some inputs failed, each named on standard error, the rest is done; for check: there are warnings
   2  nothing could be done: bad arguments, a bad configuration
 
 First steps:
-  chainwave inspect SHOT.cine            what a recording holds
+  chainwave inspect SHOT.cine            format, size, frame rate and noise of a recording
   chainwave view FOLDER                  look at recordings, pick subsets
   chainwave init FOLDER                  a first experiment.toml for a folder of recordings
-  chainwave check experiment.toml        whether a run makes sense
+  chainwave check experiment.toml        check an experiment before a run
   chainwave run experiment.toml --out RESULTS";
 
 /// From high-speed recordings of an impacted chain to its wave, every number with its uncertainty.
@@ -76,10 +76,10 @@ pub(crate) struct Cli {
     /// What to do.
     #[command(subcommand)]
     pub(crate) command: Command,
-    /// Say nothing on standard error but errors: no progress, no notes. Results are the same.
+    /// Print only errors on standard error; results do not change.
     #[arg(long, global = true)]
     pub(crate) quiet: bool,
-    /// Print JSON: one object with what the command says, in place of text.
+    /// Print one JSON object instead of text.
     #[arg(long, global = true)]
     pub(crate) json: bool,
 }
@@ -87,53 +87,53 @@ pub(crate) struct Cli {
 /// The commands.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Say what a recording holds.
+    /// Show format, size, frame rate, exposure and noise of a recording.
     Inspect(Inspect),
-    /// Find lens distortion and scale from pictures of a board.
+    /// Find lens distortion and scale from images of a board.
     Calibrate(Calibrate),
     /// Follow points through recordings by digital image correlation.
     Track(Track),
-    /// Find the displacement field between two images, with strain and a picture.
+    /// Compute the displacement and strain fields between two images, and draw them.
     Correlate(Correlate),
     /// Fit the contact law to a compression curve.
     Contact(Contact),
     /// Compute the motion of a chain from a scene.
     Simulate(Simulate),
-    /// Film a synthetic experiment: recordings with known truth.
+    /// Make synthetic recordings of an experiment, with known true motion.
     Synthesize(Synthesize),
-    /// Say whether a run of an experiment makes sense, before time is spent on it.
+    /// Check an experiment and its recordings before a run.
     Check(Check),
-    /// Say what an experiment will tell before it is filmed or run, what limits it, and which change would help.
+    /// Predict the uncertainty of each result, the cost of a run, and the change that helps most.
     Plan(Plan),
     /// Process an experiment: from recordings to figures, fitted damping and a report.
     Run(Run),
-    /// Draw the figures of results again in another style, without computing anything.
+    /// Redraw the figures of results in another style; nothing is computed again.
     Figures(Figures),
-    /// Set an experiment, its models and published numbers beside each other: figures with all of them, and one table.
+    /// Compare an experiment with models and published values.
     Compare(Compare),
-    /// Pack results for an archive: an RO-Crate, with the hash of every file.
+    /// Pack results for archiving: an RO-Crate with the hash of every file.
     Archive(Archive),
     /// Write tables of results in another format: CSV, Parquet, or MATLAB's .mat.
     Export(Export),
-    /// Read tracks that another program wrote, merge their trials, and measure the wave.
+    /// Read tracks written by another program, merge their trials, and measure the wave.
     Import(Import),
-    /// Measure what each method costs on your own scene, and how far it is off.
+    /// Measure the cost and the error of each method on your own scene.
     Tradeoff(Tradeoff),
-    /// Try cases at the ends of what the program takes, each against a truth of its own.
+    /// Run limiting cases of the models against known solutions.
     Extremes(Extremes),
-    /// Film and process many synthetic experiments, and count how often stated intervals hold the truth.
+    /// Make and process many synthetic experiments, and count how often the stated intervals contain the truth.
     Prove(Prove),
     /// Write a first experiment.toml and trials.csv for a folder of recordings.
     Init(Init),
     /// Show recordings, subsets and tracks in a browser on this machine, and pick subsets.
     View(View),
-    /// List the readings of a run that deserve a look, the most doubtful first.
+    /// List the readings of a run that are worth checking, the most doubtful first.
     Review(Review),
-    /// Look at each shot as soon as it is saved: clipped, late trigger, body lost, off the other trials.
+    /// Check each recording as it is saved: clipping, late trigger, lost bodies, disagreement with other trials.
     Watch(Watch),
-    /// Make the small samples of the folder data-samples.
+    /// Write the small sample files of the folder data-samples.
     Samples(Samples),
-    /// Print the script that makes a shell complete commands and options.
+    /// Print a shell completion script.
     Completions(Completions),
     /// Print a page of the manual, for `man -l -`.
     Man(ManPage),

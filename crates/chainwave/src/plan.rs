@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use chainwave_experiment::{Cost, Plan, PlannedResult, Setup};
+use chainwave_experiment::{Cost, Forecast, Plan, PlannedResult, Setup};
 use serde_json::{Map, Value, json};
 
 use crate::cli;
@@ -54,7 +54,7 @@ fn as_json(setup: &Setup, plan: &Plan) -> Value {
     found.insert("reading_sigma_px".into(), json!(plan.reading_sigma_px));
     found.insert("assumed".into(), json!(plan.assumed));
     found.insert("warnings".into(), warnings_as_json(&plan.findings));
-    for (result, estimate, _) in &plan.results {
+    for Forecast { result, estimate, .. } in &plan.forecasts {
         let [value, sigma] = result.keys();
         match estimate {
             Ok(estimate) => {
@@ -108,7 +108,7 @@ fn in_words(setup: &Setup, plan: &Plan) -> String {
     lines.extend(plan.findings.iter().map(|finding| format!("warning: {finding}")));
     lines.extend(plan.assumed.iter().map(|assumed| format!("assumed: {assumed}")));
     lines.push(format!("\n{:<20}{:>14}{:>12}{:>12}   from", "", "expected", "sigma", "relative"));
-    lines.extend(plan.results.iter().map(|(result, estimate, shares)| {
+    lines.extend(plan.forecasts.iter().map(|Forecast { result, estimate, shares }| {
         let name = format!("{} ({})", result.in_words(), result.unit());
         let from: Vec<String> =
             shares.iter().map(|one| format!("{} {:.0} %", one.source, 100.0 * one.share)).collect();
@@ -139,9 +139,9 @@ fn most_helpful(plan: &Plan) -> Vec<String> {
         best.filter(|best| gain(*best, *result) >= TOLD_GAIN)
     };
     let helped_by = |change: usize| {
-        let helped: Vec<String> = (0..plan.results.len())
+        let helped: Vec<String> = (0..plan.forecasts.len())
             .filter(|result| best(result) == Some(change))
-            .map(|result| format!("{} {:.1}", plan.results[result].0.in_words(), gain(change, result)))
+            .map(|result| format!("{} {:.1}", plan.forecasts[result].result.in_words(), gain(change, result)))
             .collect();
         (!helped.is_empty())
             .then(|| format!("helps most: {} ({})", plan.changes[change].change, helped.join(", ")))

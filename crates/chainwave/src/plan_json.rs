@@ -5,9 +5,9 @@ use serde_json::{Value, json};
 
 /// What was foreseen of each result, by the keys of its value and its sigma; both null of one that would not be there.
 pub(crate) fn foreseen_as_json(plan: &Plan) -> Value {
-    let foreseen = plan.results.iter().flat_map(|(result, found, _)| {
-        let [value, sigma] = result.keys();
-        let found = found.as_ref().ok();
+    let foreseen = plan.forecasts.iter().flat_map(|forecast| {
+        let [value, sigma] = forecast.result.keys();
+        let found = forecast.estimate.as_ref().ok();
         [
             (value.into(), json!(found.map(|found| found.value))),
             (sigma.into(), json!(found.map(|found| found.sigma))),
@@ -20,8 +20,8 @@ pub(crate) fn foreseen_as_json(plan: &Plan) -> Value {
 pub(crate) fn limits_as_json(plan: &Plan) -> Value {
     let of = |one: &VarianceShare| json!({ "source": one.source, "share": one.share });
     let limits = plan
-        .results
+        .forecasts
         .iter()
-        .map(|(result, _, shares)| (result.keys()[1].to_owned(), shares.iter().map(of).collect()));
+        .map(|one| (one.result.keys()[1].to_owned(), one.shares.iter().map(of).collect()));
     Value::Object(limits.collect())
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use chainwave_analysis::{GapFront, HalfWidth, MeasureSettings, exact_motion, measure};
 use chainwave_figures::{DataPoint, FrontPulse, Series, StrainMapPanel};
-use chainwave_measurement::{Estimate, Trajectory};
+use chainwave_measurement::{Estimate, Trajectory, median_interval_s};
 use ndarray::{Array2, ArrayView1, s};
 
 use crate::error::Error;
@@ -103,7 +103,7 @@ impl Wave {
 
     /// Time between samples, in seconds.
     pub(crate) fn interval_s(&self) -> f64 {
-        self.times_s.windows(2).next().map_or(0.0, |pair| pair[1] - pair[0])
+        median_interval_s(&self.times_s).unwrap_or(0.0)
     }
 
     /// The strain map with its traces, up to a time.

@@ -91,8 +91,8 @@ pub use merging::joining::Unjoined;
 pub use merging::side_motion::SideMotion;
 pub use monitor::{Monitor, Progress, Stage};
 pub use plan::{
-    Aim, Cost, DampingBound, Economy, LargestSigma, Outlook, Plan, PlannedChange, PlannedResult, Precision,
-    VarianceShare, damping_bound, economy, foreseen, outcome, plan, typical_half_width,
+    Aim, Cost, DampingBound, Economy, Forecast, LargestSigma, Outlook, Plan, PlannedChange, PlannedResult,
+    Precision, VarianceShare, damping_bound, economy, foreseen, outcome, plan, typical_half_width,
 };
 pub use recordings::failed_recording::FailedRecording;
 pub use recordings::recording_state::{RecordingState, State, recording_states};

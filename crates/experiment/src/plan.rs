@@ -78,11 +78,21 @@ pub struct Plan {
     pub cost: Cost,
     /// Standard uncertainty of one reading of a body's place along the picture's rows, in pixels: the median over bodies.
     pub reading_sigma_px: f64,
-    /// Each result with its uncertainty, or why it has none, and what that comes from: sources with their shares of the variance, largest
-    /// first.
-    pub results: Vec<(PlannedResult, Result<Estimate, String>, Vec<VarianceShare>)>,
+    /// What will be known of each result.
+    pub forecasts: Vec<Forecast>,
     /// What could be done otherwise.
     pub changes: Vec<PlannedChange>,
+}
+
+/// What will be known of a result.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Forecast {
+    /// The result.
+    pub result: PlannedResult,
+    /// The result with its standard uncertainty, or why there will be none.
+    pub estimate: Result<Estimate, String>,
+    /// What the uncertainty comes from, largest share of the variance first.
+    pub shares: Vec<VarianceShare>,
 }
 
 /// What an experiment costs.
@@ -186,14 +196,18 @@ pub fn plan(
         monitor.done(Stage::Planning, 1);
     }
     monitor.ended(Stage::Planning);
-    let results = base.iter().map(|(result, found)| (result, found.clone(), shares(&halved, result)));
+    let forecast = |(result, found): (PlannedResult, &Result<Estimate, String>)| Forecast {
+        result,
+        estimate: found.clone(),
+        shares: shares(&halved, result),
+    };
     Ok(Plan {
         assumed,
         findings,
         n_filmed,
         cost: cost(&rehearsal),
         reading_sigma_px,
-        results: results.collect(),
+        forecasts: base.iter().map(forecast).collect(),
         changes: made,
     })
 }

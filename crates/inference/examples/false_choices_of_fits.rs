@@ -6,7 +6,7 @@
 use std::num::NonZero;
 
 use chainwave_inference::FitError;
-use chainwave_inference::false_choices::{TrueChain, p_values};
+use chainwave_inference::false_choices::{NullChain, p_values};
 
 #[expect(clippy::print_stdout, reason = "the counts are the program's result")]
 fn main() -> Result<(), FitError> {
@@ -15,7 +15,7 @@ fn main() -> Result<(), FitError> {
     let (n, first) = (number(1000), number(0));
     let n_threads = std::thread::available_parallelism().unwrap_or(NonZero::<usize>::MIN);
     let of = |softens: bool, chain_damping_kg_per_s: f64| {
-        let truth = TrueChain { softens, chain_damping_kg_per_s, mass_scatter: 0.0 };
+        let truth = NullChain { softens, chain_damping_kg_per_s, mass_scatter: 0.0 };
         p_values(&truth, first..first + n, n_threads)
     };
     let (linear, alike) = (of(false, 0.003)?, of(true, 0.0)?);

@@ -5,7 +5,7 @@
 
 use std::num::NonZero;
 
-use chainwave_inference::wrong_models::{C_D_KG_PER_S, C_S_KG_PER_S, TrueChain, fits};
+use chainwave_inference::wrong_models::{C_D_KG_PER_S, C_S_KG_PER_S, ChainBeyondModel, fits};
 use chainwave_inference::{FitError, TrackFit};
 use chainwave_measurement::Estimate;
 
@@ -19,8 +19,9 @@ fn main() -> Result<(), FitError> {
     let quantity = |name: &str| format!("{name}_n,{name}_within_95,{name}_rms_sigma");
     let of_each = ["c_d_as_stated", "c_d", "c_s"].map(quantity).join(",");
     println!("chain,seed,reduced_chi_squared,told,{of_each},c_d_sigma_over_noise,named");
-    let is_asked = |truth: &&TrueChain| names.is_empty() || names.iter().any(|name| name == truth.name);
-    for truth in TrueChain::ALL.iter().filter(is_asked) {
+    let is_asked =
+        |truth: &&ChainBeyondModel| names.is_empty() || names.iter().any(|name| name == truth.name);
+    for truth in ChainBeyondModel::ALL.iter().filter(is_asked) {
         for (seed, fit) in (first..first + n).zip(fits(truth, first..first + n, n_threads)?) {
             println!("\"{}\",{seed},{}", truth.name, fit.map_or_else(|_| failed(), |fit| told(&fit)));
         }

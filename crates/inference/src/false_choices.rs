@@ -11,7 +11,7 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
 use crate::error::FitError;
-use crate::tracks::{TrackModel, tested};
+use crate::tracks::{NullTest, TrackModel};
 
 const N_BODIES: usize = 8;
 const N_TRIALS: u32 = 3;
@@ -24,7 +24,7 @@ const C_S_KG_PER_S: f64 = 0.2;
 
 /// What is true of a chain.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TrueChain {
+pub struct NullChain {
     /// Whether contacts soften (the ring's law) or are springs of the same stiffness.
     pub softens: bool,
     /// c_d.
@@ -53,7 +53,7 @@ pub struct PValues {
 /// # Errors
 /// [`FitError`] as the fit says.
 pub fn p_values(
-    truth: &TrueChain,
+    truth: &NullChain,
     seeds: Range<u64>,
     n_threads: NonZero<usize>,
 ) -> Result<Vec<PValues>, FitError> {
@@ -69,13 +69,13 @@ pub fn p_values(
     let n = seeds.end.saturating_sub(seeds.start) as usize;
     let found = map_in_parallel(n, n_threads, |index| {
         let observations = filmed(truth, &contact, seeds.start + index as u64)?;
-        let (damping, [softening, scatter], structure, hypothesis) = tested(&observations, &model)?;
+        let found = NullTest::of(&observations, &model)?;
         Ok(PValues {
-            softening: softening.p_value,
-            scatter: scatter.p_value,
-            chain_damping: damping.told_from_zero()[0],
-            structure: structure.p_value,
-            hypothesis,
+            softening: found.softening.p_value,
+            scatter: found.scatter.p_value,
+            chain_damping: found.damping.told_from_zero()[0],
+            structure: found.structure.p_value,
+            hypothesis: found.hypothesis_p_value,
         })
     });
     found.into_iter().collect()
@@ -93,7 +93,7 @@ fn chain(contact: Contacts, c_d: f64, velocity_m_per_s: f64) -> Chain {
     }
 }
 
-fn filmed(truth: &TrueChain, contact: &Contacts, seed: u64) -> Result<Vec<Observation>, FitError> {
+fn filmed(truth: &NullChain, contact: &Contacts, seed: u64) -> Result<Vec<Observation>, FitError> {
     let mut random = Pcg64::seed_from_u64(seed);
     let mut normal = |sigma: f64| -> f64 {
         let deviate: f64 = StandardNormal.sample(&mut random);
@@ -126,34 +126,4 @@ fn filmed(truth: &TrueChain, contact: &Contacts, seed: u64) -> Result<Vec<Observ
         });
     }
     Ok(observations)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    #[ignore = "diagnosis"]
-    fn diagnose() {
-        let n: usize = std::env::var("DIAG_N").unwrap().parse().unwrap();
-        let law = PowerLaw::new(60.1, 2.27e-3, 0.114).unwrap();
-        let model = TrackModel {
-            chain: chain(law.into(), 0.001, VELOCITY.value),
-            striker_velocity_m_per_s: VELOCITY,
-            known: Vec::new(),
-            reading_errors: Vec::new(),
-            n_threads: NonZero::<usize>::MIN,
-        };
-        for c_d in [0.0, 0.003] {
-            let truth = TrueChain { softens: true, chain_damping_kg_per_s: c_d, mass_scatter: 0.0 };
-            let first: u64 = std::env::var("DIAG_FIRST").unwrap().parse().unwrap();
-            let found = map_in_parallel(n, NonZero::new(2).unwrap(), |index| {
-                let observations = filmed(&truth, &law.into(), first + index as u64).unwrap();
-                crate::tracks::diagnosed(&observations, &model).unwrap()
-            });
-            for (i, one) in found.iter().enumerate() {
-                println!("DIAG {c_d} {i} {one:?}");
-            }
-        }
-    }
 }

@@ -239,49 +239,34 @@ fn damping_of(at: &Unknowns, covariance: &DMatrix<f64>, inflation: f64) -> Dampi
     }
 }
 
-/// The dampings and departures that [`fit_tracks`], [`softening`] and [`scatter_of_bodies`] would find, from the model's own starting
-/// values and without intervals; with the probability of what single hypotheses find.
-pub(crate) fn tested(
-    observations: &[Observation],
-    model: &TrackModel,
-) -> Result<(Damping, [Departure; 2], Structure, f64), FitError> {
-    let problem = TrackResiduals::new(observations, model, &[])?;
-    let failure = |why: Failure<FitError>| problem.failure(why);
-    let start = problem.start(&[], STARTS[0])?;
-    let minimum = minimise(&problem, start, &[], &Stop::STATED).map_err(failure)?;
-    let (_, covariance) = minimum.solved().map_err(failure)?;
-    let damping = damping_of(&minimum.at, &covariance, inflation_of(&problem, minimum.chi_squared()));
-    let softening = softening_at(observations, (model, &[]), &minimum.at)?;
-    let scatter = scatter_of_bodies_at(observations, (model, &[]), &minimum.at)?;
-    let mut fit = Fit::at(&problem, minimum, Vec::new())?;
-    let hypothesis = Told::of(observations, &mut fit).least_p_value.unwrap_or(1.0);
-    Ok((damping, [softening, scatter], fit.structure, hypothesis))
+/// What the tests find in tracks that the simplest model describes.
+pub(crate) struct NullTest {
+    pub(crate) damping: Damping,
+    pub(crate) softening: Departure,
+    pub(crate) scatter: Departure,
+    pub(crate) structure: Structure,
+    /// Probability of what the best single hypothesis finds.
+    pub(crate) hypothesis_p_value: f64,
+}
+
+impl NullTest {
+    /// What [`fit_tracks`], [`softening`] and [`scatter_of_bodies`] would find, from the model's own starting values and without intervals.
+    pub(crate) fn of(observations: &[Observation], model: &TrackModel) -> Result<Self, FitError> {
+        let problem = TrackResiduals::new(observations, model, &[])?;
+        let failure = |why: Failure<FitError>| problem.failure(why);
+        let start = problem.start(&[], STARTS[0])?;
+        let minimum = minimise(&problem, start, &[], &Stop::STATED).map_err(failure)?;
+        let (_, covariance) = minimum.solved().map_err(failure)?;
+        let damping = damping_of(&minimum.at, &covariance, inflation_of(&problem, minimum.chi_squared()));
+        let softening = softening_at(observations, (model, &[]), &minimum.at)?;
+        let scatter = scatter_of_bodies_at(observations, (model, &[]), &minimum.at)?;
+        let mut fit = Fit::at(&problem, minimum, Vec::new())?;
+        let hypothesis_p_value = Told::of(observations, &mut fit).least_p_value.unwrap_or(1.0);
+        Ok(Self { damping, softening, scatter, structure: fit.structure, hypothesis_p_value })
+    }
 }
 
 /// What a sum of squares does to standard uncertainties.
 fn inflation_of(problem: &TrackResiduals<'_>, chi_squared: f64) -> f64 {
     excess::inflation(excess::reduced_chi_squared(chi_squared, degrees_of_freedom(problem)))
-}
-
-#[cfg(test)]
-pub(crate) fn diagnosed(observations: &[Observation], model: &TrackModel) -> Result<Vec<f64>, FitError> {
-    use profile::rise_at;
-    let problem = TrackResiduals::new(observations, model, &[])?;
-    let failure = |why: Failure<FitError>| problem.failure(why);
-    let start = problem.start(&[], STARTS[0])?;
-    let minimum = minimise(&problem, start, &[], &Stop::STATED).map_err(failure)?;
-    let (_, covariance) = minimum.solved().map_err(failure)?;
-    let sigma = covariance[(0, 0)].sqrt();
-    let moves = covariance.column(0) / covariance[(0, 0)];
-    let rise = rise_at(&problem, &minimum, (0, &moves.into_owned()), 0.0)?;
-    let inflation = inflation_of(&problem, minimum.chi_squared());
-    Ok(vec![
-        minimum.at.shared[0],
-        sigma,
-        inflation,
-        rise.sqrt(),
-        minimum.at.shared[1],
-        covariance[(1, 1)].sqrt(),
-        covariance[(0, 1)] / (sigma * covariance[(1, 1)].sqrt()),
-    ])
 }

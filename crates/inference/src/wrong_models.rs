@@ -35,7 +35,7 @@ const FIRST_FRAME: i32 = -20;
 
 /// What is true of a chain, beside what its model states.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TrueChain {
+pub struct ChainBeyondModel {
     /// Its name in tables.
     pub name: &'static str,
     /// Dry friction of each body, in newtons.
@@ -62,7 +62,7 @@ pub struct TrueChain {
     pub noise_m: f64,
 }
 
-impl TrueChain {
+impl ChainBeyondModel {
     /// As the model states it.
     pub const AS_STATED: Self = Self {
         name: "as stated",
@@ -137,7 +137,7 @@ pub fn stated_model(n_threads: NonZero<usize>) -> Result<TrackModel, FitError> {
 /// # Errors
 /// The law of the contacts; a fit that fails stands among the results.
 pub fn fits(
-    truth: &TrueChain,
+    truth: &ChainBeyondModel,
     seeds: Range<u64>,
     n_threads: NonZero<usize>,
 ) -> Result<Vec<Result<TrackFit, FitError>>, FitError> {
@@ -158,7 +158,7 @@ fn law() -> Result<PowerLaw, FitError> {
 ///
 /// # Errors
 /// A law that makes no sense.
-pub fn filmed(truth: &TrueChain, seed: u64) -> Result<Vec<Observation>, FitError> {
+pub fn filmed(truth: &ChainBeyondModel, seed: u64) -> Result<Vec<Observation>, FitError> {
     let mut random = Pcg64::seed_from_u64(seed);
     let mut normal = |sigma: f64| -> f64 {
         let deviate: f64 = StandardNormal.sample(&mut random);
@@ -209,7 +209,7 @@ const HELD_M_PER_S: f64 = 3e-6;
 /// Striker and bodies, in a row.
 struct Bodies {
     law: PowerLaw,
-    truth: TrueChain,
+    truth: ChainBeyondModel,
     mass_kg: Vec<f64>,
     /// Factor on the force of the contact behind each mass; the last is a wall's.
     stiffness: Vec<f64>,

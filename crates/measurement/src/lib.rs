@@ -40,7 +40,7 @@ pub use error_modes::{ErrorModes, ErrorPattern};
 pub use error_source::ErrorSource;
 pub use estimate::Estimate;
 pub use head::Head;
-pub use median::{median, median_and_robust_sigma, robust_sigma_about_zero};
+pub use median::{median, median_and_robust_sigma, median_interval_s, robust_sigma_about_zero};
 pub use memory_recording::{Excerpt, MemoryRecording};
 pub use motion::{ChainMotion, SampleWeights, Trajectory, TrajectoryAt, samples_until};
 pub use observation::{BodyTrack, Observation};

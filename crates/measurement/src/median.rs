@@ -9,6 +9,12 @@ pub fn median(mut values: Vec<f64>) -> Option<f64> {
     (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
+/// The usual time between neighbouring samples, in seconds: the median, which a pause or a stamp that is off does not move;
+/// `None` of fewer than two.
+pub fn median_interval_s(times_s: &[f64]) -> Option<f64> {
+    median(times_s.windows(2).map(|pair| pair[1] - pair[0]).collect())
+}
+
 /// Standard deviation about zero of values of which most are normal, by the median of their amounts, which few strays do not move; `None`
 /// of no value.
 pub fn robust_sigma_about_zero(values: impl IntoIterator<Item = f64>) -> Option<f64> {

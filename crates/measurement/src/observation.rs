@@ -3,7 +3,7 @@
 use std::iter;
 use std::ops::Range;
 
-use crate::{Estimate, median};
+use crate::{Estimate, median_interval_s};
 
 /// A pause of more frames than this parts a recording.
 const PAUSE_FRAMES: f64 = 1000.0;
@@ -36,8 +36,7 @@ pub struct BodyTrack {
 /// The frames of a recording proper, by their time stamps: the longest stretch without a pause of more than a thousand frames. Cameras are known
 /// to append a dummy frame that is stamped months later.
 pub(crate) fn proper_frames(times_s: &[f64]) -> Range<usize> {
-    let intervals = times_s.windows(2).map(|pair| pair[1] - pair[0]);
-    let longest_s = PAUSE_FRAMES * median(intervals.collect()).unwrap_or(f64::INFINITY);
+    let longest_s = PAUSE_FRAMES * median_interval_s(times_s).unwrap_or(f64::INFINITY);
     let pauses = times_s.windows(2).enumerate().filter(|(_, pair)| pair[1] - pair[0] > longest_s);
     let bounds: Vec<usize> =
         iter::once(0).chain(pauses.map(|(before, _)| before + 1)).chain([times_s.len()]).collect();
@@ -48,7 +47,7 @@ pub(crate) fn proper_frames(times_s: &[f64]) -> Range<usize> {
 impl Observation {
     /// Interval between frames, in seconds: the median of the differences of the time stamps.
     pub fn frame_interval_s(&self) -> f64 {
-        median(self.times_s.windows(2).map(|pair| pair[1] - pair[0]).collect()).unwrap_or(f64::INFINITY)
+        median_interval_s(&self.times_s).unwrap_or(f64::INFINITY)
     }
 
     /// The readings of one of its bodies before a time, such as the one until which all rests.

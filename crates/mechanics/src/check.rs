@@ -17,6 +17,9 @@ pub(crate) fn finite(quantity: impl Into<String>, value: f64) -> Result<(), Mech
     require(value.is_finite(), quantity, "a finite number", value)
 }
 
+/// Stored numbers beyond which a simulation is refused: 2 GB, and with velocities 4 GB.
+pub(crate) const MAX_STORED: f64 = 2.5e8;
+
 /// Refuses `value` unless `holds`.
 pub(crate) fn require(
     holds: bool,

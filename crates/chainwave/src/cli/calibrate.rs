@@ -7,32 +7,32 @@ use clap::{Args, ValueEnum};
 /// Arguments of `calibrate`.
 #[derive(Debug, Args)]
 pub(crate) struct Calibrate {
-    /// Pictures of the board. In the first it lies in the plane in which the chain moves.
+    /// Images of the board. In the first it lies in the plane in which the chain moves.
     #[arg(required = true)]
     pub(crate) pictures: Vec<PathBuf>,
     /// What the board shows.
     #[arg(long, value_enum)]
     pub(crate) board: Board,
     /// Squares in a row.
-    #[arg(long)]
+    #[arg(long, value_name = "N")]
     pub(crate) columns: usize,
     /// Squares in a column.
-    #[arg(long)]
+    #[arg(long, value_name = "N")]
     pub(crate) rows: usize,
     /// Side of a square, in metres.
-    #[arg(long)]
+    #[arg(long, value_name = "M")]
     pub(crate) square_m: f64,
     /// Standard uncertainty of that side; it is common to all squares.
-    #[arg(long, default_value_t = 0.0)]
+    #[arg(long, value_name = "M", default_value_t = 0.0)]
     pub(crate) square_sigma_m: f64,
     /// Side of a marker, in metres.
-    #[arg(long, required_if_eq("board", "charuco"))]
+    #[arg(long, value_name = "M", required_if_eq("board", "charuco"))]
     pub(crate) marker_m: Option<f64>,
-    /// Set of markers as OpenCV names it.
-    #[arg(long, default_value = "4X4_50")]
+    /// ArUco dictionary of the markers, by its OpenCV name.
+    #[arg(long, value_name = "NAME", default_value = "4X4_50")]
     pub(crate) dictionary: String,
-    /// Calibration to write, as TOML.
-    #[arg(long)]
+    /// Calibration file to write (TOML).
+    #[arg(long, value_name = "FILE")]
     pub(crate) out: PathBuf,
 }
 

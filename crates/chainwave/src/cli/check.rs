@@ -9,10 +9,10 @@ use clap::Args;
 pub(crate) struct Check {
     /// The experiment.
     pub(crate) experiment: PathBuf,
-    /// Folder of the recordings that trials.csv names; the experiment's own folder when left out.
-    #[arg(long)]
+    /// Folder of the recordings named in trials.csv; default: the experiment's own folder.
+    #[arg(long, value_name = "DIR")]
     pub(crate) recordings: Option<PathBuf>,
-    /// Views looked at side by side; all cores when left out.
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
+    /// Views checked in parallel; default: all cores.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) jobs: Option<u16>,
 }

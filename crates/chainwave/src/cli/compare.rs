@@ -7,12 +7,12 @@ use clap::Args;
 /// Arguments of `compare`.
 #[derive(Debug, Args)]
 pub(crate) struct Compare {
-    /// The study: which results, motions and summaries belong together, and what was published, as TOML.
+    /// The study (TOML): which results, motions and summaries belong together, and what was published.
     pub(crate) study: PathBuf,
     /// Folder that the study's paths are relative to.
-    #[arg(long)]
+    #[arg(long, value_name = "DIR")]
     pub(crate) from: PathBuf,
     /// Folder for figures, comparison.csv and comparison.md.
-    #[arg(long)]
+    #[arg(long, value_name = "DIR")]
     pub(crate) out: PathBuf,
 }

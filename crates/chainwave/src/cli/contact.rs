@@ -8,12 +8,12 @@ use clap::{Args, ValueEnum};
 /// Arguments of `contact`.
 #[derive(Debug, Args)]
 pub(crate) struct Contact {
-    /// Table of the curve: overlap_m,force_n in the order of the measurement, both positive in compression.
+    /// Table of the compression curve: overlap_m,force_n in the order of the measurement, both positive in compression.
     pub(crate) curve: PathBuf,
-    /// Law to write, as TOML.
-    #[arg(long)]
+    /// Contact law to write (TOML).
+    #[arg(long, value_name = "FILE")]
     pub(crate) out: PathBuf,
-    /// Where overlap and force are zero.
+    /// How the origin of overlap and force is found.
     #[arg(long, value_enum, default_value_t = Zero::Auto)]
     pub(crate) zero: Zero,
 }
@@ -21,13 +21,13 @@ pub(crate) struct Contact {
 /// Where overlap and force of a compression curve are zero.
 #[derive(Debug, Clone, Copy, ValueEnum)]
 pub(crate) enum Zero {
-    /// Contact where there are readings before it, else load-cell where its offset is real, else stated.
+    /// `contact` if there are readings before contact, else `load-cell` if its offset is significant, else `stated`.
     Auto,
     /// At overlap 0 and force 0, as the curve states.
     Stated,
-    /// At overlap 0; the load cell's offset is fitted along.
+    /// At overlap 0; the offset of the load cell is fitted too.
     LoadCell,
-    /// Where the force leaves its level before contact; that overlap is fitted along.
+    /// Where the force departs from its level before contact; that overlap is fitted too.
     Contact,
 }
 

@@ -15,15 +15,15 @@ pub(crate) struct Correlate {
     pub(crate) reference: PathBuf,
     /// The deformed image.
     pub(crate) deformed: PathBuf,
-    /// Pixels from one point to the next; half of the half size when left out.
+    /// Pixels from one point to the next; default: half of --half-size.
     #[arg(long, value_name = "PX", value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) step: Option<u16>,
-    /// Columns and rows of a subset on each side of its centre. When left out, the smallest that keeps the noise within --accuracy (0.01 px
-    /// when left out) and that cannot be taken for another, less where the field bends.
+    /// Pixels on each side of a subset's centre. Default: the smallest size that keeps the noise within --accuracy (0.01 px unless given)
+    /// and that no other place resembles by chance; smaller where the field bends.
     #[arg(long, value_name = "PX", value_parser = clap::value_parser!(u16).range(2..=500))]
     pub(crate) half_size: Option<u16>,
-    /// Table to write (.csv, .parquet or .mat); pictures of the field go beside it (.svg and .png).
-    #[arg(long)]
+    /// Table to write (.csv, .parquet or .mat); figures of the field are written beside it (.svg and .png).
+    #[arg(long, value_name = "FILE")]
     pub(crate) out: PathBuf,
     #[command(flatten)]
     pub(crate) reading: Reading,
@@ -31,10 +31,10 @@ pub(crate) struct Correlate {
     pub(crate) sensor: Sensor,
     #[command(flatten)]
     pub(crate) matching: Matching,
-    /// Points along one side of the square that a strain is measured over; an odd number.
+    /// Points along one side of the square over which strain is measured; an odd number.
     #[arg(long, value_name = "POINTS", default_value_t = 5, value_parser = clap::value_parser!(u16).range(3..=99))]
     pub(crate) strain_window: u16,
-    /// Threads; all cores when left out.
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
+    /// Threads; default: all cores.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) jobs: Option<u16>,
 }

@@ -9,14 +9,14 @@ use clap::{Args, ValueEnum};
 pub(crate) struct Figures {
     /// A folder of results: of a run, of simulations, of a proof.
     pub(crate) results: PathBuf,
-    /// Draw this figure alone, by its file name without ending, such as strain-map.
+    /// Draw only this figure, by its file name without extension, such as strain-map.
     #[arg(long, value_name = "NAME")]
     pub(crate) only: Option<String>,
-    /// How they look, as TOML: `column_mm`, `page_mm`, `font_pt`, `colour_map` (viridis or gray), `decimal_sign` (point or comma). What is
-    /// left out stays as it is by default.
+    /// Style (TOML): `column_mm`, `page_mm`, `font_pt`, `colour_map` (viridis or gray), `decimal_sign` (point or comma). Keys that are left
+    /// out keep their defaults.
     #[arg(long, value_name = "STYLE.toml")]
     pub(crate) style: Option<PathBuf>,
-    /// Kinds of files to write.
+    /// File formats to write.
     #[arg(long, value_delimiter = ',', default_values_t = FigureFormat::ALL)]
     pub(crate) format: Vec<FigureFormat>,
 }

@@ -7,12 +7,12 @@ use clap::Args;
 /// Arguments of `import`.
 #[derive(Debug, Args)]
 pub(crate) struct Import {
-    /// What stands where in the files of the trials.
+    /// TOML file that maps the columns of the trial files.
     pub(crate) mapping: PathBuf,
-    /// Folder of the files that the mapping names; the mapping's own folder when left out.
-    #[arg(long)]
+    /// Folder of the files that the mapping names; default: the mapping's own folder.
+    #[arg(long, value_name = "DIR")]
     pub(crate) data: Option<PathBuf>,
     /// Folder for tables, figures and results.json.
-    #[arg(long)]
+    #[arg(long, value_name = "DIR")]
     pub(crate) out: PathBuf,
 }

@@ -9,10 +9,10 @@ use clap::Args;
 pub(crate) struct Plan {
     /// The experiment.
     pub(crate) experiment: PathBuf,
-    /// Folder of the recordings that trials.csv names, where some are filmed; the experiment's own folder when left out.
-    #[arg(long)]
+    /// Folder of the recordings named in trials.csv, if some exist already; default: the experiment's own folder.
+    #[arg(long, value_name = "DIR")]
     pub(crate) recordings: Option<PathBuf>,
-    /// Threads; all cores when left out. The time of a run is predicted for as many.
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
+    /// Threads; default: all cores. The time of a run is predicted for this number.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) jobs: Option<u16>,
 }

@@ -6,8 +6,8 @@ use clap::Args;
 /// How recordings are read.
 #[derive(Debug, Args)]
 pub(crate) struct Reading {
-    /// Take every recording for pixels without a header of this geometry, such as 1280x800x12le: columns, rows, bits, and le
-    /// (two bytes a pixel, low one first), be (high one first) or p (10 or 12 bits packed).
+    /// Treat recordings as headerless raw pixels of this geometry, such as 1280x800x12le: columns, rows, bits, and le
+    /// (two bytes a pixel, low byte first), be (high byte first) or p (10 or 12 bits packed).
     #[arg(long, value_name = "WxHxBITS[le|be|p]")]
     pub(crate) raw: Option<RawGeometry>,
     /// Take the whole frames of a recording that was cut short, and say how many they are.

@@ -9,10 +9,10 @@ use clap::Args;
 pub(crate) struct Review {
     /// A folder that `run` wrote.
     pub(crate) results: PathBuf,
-    /// Table of the queue to write (.csv, .parquet or .mat).
-    #[arg(long)]
+    /// Table to write (.csv, .parquet or .mat).
+    #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
-    /// Readings in it; 200 when left out.
+    /// List at most this many readings; default: 200.
     #[arg(long, value_name = "N")]
     pub(crate) most: Option<usize>,
 }

@@ -8,6 +8,6 @@ use clap::Args;
 #[derive(Debug, Args)]
 pub(crate) struct Samples {
     /// Folder to write to.
-    #[arg(long, default_value = "data-samples")]
+    #[arg(long, value_name = "DIR", default_value = "data-samples")]
     pub(crate) out: PathBuf,
 }

@@ -8,10 +8,10 @@ use clap::Args;
 #[derive(Debug, Args)]
 pub(crate) struct Sensor {
     /// Dark frames of the same camera, exposure and part of the sensor: a recording, a folder of images or one of them. Their
-    /// mean is taken off, and hot pixels are filled from their neighbours.
+    /// mean is subtracted, and hot pixels are filled from their neighbours.
     #[arg(long, value_name = "FRAMES")]
     pub(crate) dark: Option<PathBuf>,
-    /// Frames of an evenly lit field, likewise: gains are evened out, and dead pixels filled.
+    /// Frames of an evenly lit field, likewise: differences of gain are corrected, and dead pixels filled.
     #[arg(long, value_name = "FRAMES")]
     pub(crate) flat: Option<PathBuf>,
 }

@@ -12,9 +12,9 @@ pub(crate) struct Completions {
 /// Arguments of `man`.
 #[derive(Debug, Args)]
 pub(crate) struct ManPage {
-    /// The command whose page it is; the program's without it.
+    /// Command whose page is printed; default: the program's own page.
     pub(crate) command: Option<String>,
-    /// Print every command with its options in one page of Markdown.
+    /// Print all commands with their options as one page of Markdown.
     #[arg(long, conflicts_with = "command")]
     pub(crate) markdown: bool,
 }

@@ -13,22 +13,22 @@ pub(crate) struct Track {
     /// The recordings.
     #[arg(required = true)]
     pub(crate) recordings: Vec<PathBuf>,
-    /// Table of points: name,x_px,y_px,half_width_px,half_height_px in the reference frame. Where both half sizes are
-    /// empty or left out, the smallest subset is taken that keeps the noise within --accuracy (0.01 px when left out) and that cannot be
-    /// taken for another; frame and neighbours bound it.
-    #[arg(long)]
+    /// Table of points: name,x_px,y_px,half_width_px,half_height_px in the reference frame. If both half sizes are empty or left out, the
+    /// smallest subset is chosen that keeps the noise within --accuracy (0.01 px unless given) and that no other place resembles by chance;
+    /// the frame and neighbouring points limit it. If one is empty, the subset is a square.
+    #[arg(long, value_name = "FILE")]
     pub(crate) points: PathBuf,
     /// Table to write (.csv, .parquet or .mat).
-    #[arg(long)]
+    #[arg(long, value_name = "FILE")]
     pub(crate) out: PathBuf,
-    /// Picture of how far the points moved over time, without ending: .svg and .png are written.
+    /// Figure of displacement over time, by its file name without extension: .svg and .png are written.
     #[arg(long, value_name = "STEM")]
     pub(crate) picture: Option<PathBuf>,
     /// Reference frame, from 0.
     #[arg(long, default_value_t = 0)]
     pub(crate) reference: usize,
-    /// Frames per second of recordings that do not state them, such as folders of images.
-    #[arg(long)]
+    /// Frames per second of recordings that do not state their frame rate, such as folders of images.
+    #[arg(long, value_name = "HZ")]
     pub(crate) rate_hz: Option<f64>,
     #[command(flatten)]
     pub(crate) reading: Reading,
@@ -36,25 +36,24 @@ pub(crate) struct Track {
     pub(crate) sensor: Sensor,
     #[command(flatten)]
     pub(crate) matching: Matching,
-    /// Recordings processed at a time; all cores when left out.
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
+    /// Recordings processed in parallel; default: all cores.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) jobs: Option<u16>,
 }
 
 /// How images are matched.
 #[derive(Debug, Args)]
 pub(crate) struct Matching {
-    /// A rung of the ladder, by name.
-    #[arg(long)]
+    /// Tracking method, e.g. icgn-cubic-affine.
+    #[arg(long, value_name = "NAME")]
     pub(crate) method: Option<String>,
-    /// The cheapest rung whose error on these subsets, shifted by known amounts under the same noise, is at most this, in
-    /// pixels.
+    /// Fastest method with an error of at most PX, tested on these subsets shifted by known amounts.
     #[arg(long, value_name = "PX", conflicts_with_all = ["method", "interpolation"])]
     pub(crate) accuracy: Option<f64>,
-    /// Shape function: translation, rigid, affine or quadratic, or auto: the simplest that the matches cannot reject.
-    #[arg(long, conflicts_with = "method")]
+    /// Shape function: translation, rigid, affine or quadratic, or auto: the simplest that the matches do not reject.
+    #[arg(long, value_name = "NAME", conflicts_with = "method")]
     pub(crate) shape: Option<String>,
     /// Interpolation of the deformed image: linear, cubic, cubic-moms, quintic or quintic-moms.
-    #[arg(long, conflicts_with = "method")]
+    #[arg(long, value_name = "NAME", conflicts_with = "method")]
     pub(crate) interpolation: Option<String>,
 }

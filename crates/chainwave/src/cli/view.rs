@@ -12,24 +12,23 @@ pub(crate) struct View {
     /// A recording, a folder of recordings, an experiment (its recordings with the subsets that are followed), or a folder that `run`
     /// wrote (recordings with what was tracked).
     pub(crate) path: PathBuf,
-    /// Port to listen on at 127.0.0.1; one that is free when left out.
+    /// Port to listen on at 127.0.0.1; default: any free port.
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) port: Option<u16>,
-    /// Only print the address.
+    /// Print the address, and open no browser.
     #[arg(long)]
     pub(crate) no_browser: bool,
     /// Table of points to show on recordings, as for `track`.
-    #[arg(long)]
+    #[arg(long, value_name = "FILE")]
     pub(crate) points: Option<PathBuf>,
-    /// Folder of the recordings that trials.csv or the tracks name; the experiment's own folder when left out.
-    #[arg(long)]
+    /// Folder of the recordings named in trials.csv or in the tracks; default: the experiment's own folder.
+    #[arg(long, value_name = "DIR")]
     pub(crate) recordings: Option<PathBuf>,
-    /// File of corrections that the review of results writes and `run` reads; `corrections.csv` in the folder of the recordings when left
-    /// out.
+    /// File of corrections that the review of results writes and `run` reads; default: `corrections.csv` in the folder of the recordings.
     #[arg(long, value_name = "FILE")]
     pub(crate) corrections: Option<PathBuf>,
-    /// Frames per second of recordings that do not state them, such as folders of images.
-    #[arg(long)]
+    /// Frames per second of recordings that do not state their frame rate, such as folders of images.
+    #[arg(long, value_name = "HZ")]
     pub(crate) rate_hz: Option<f64>,
     #[command(flatten)]
     pub(crate) reading: Reading,

@@ -11,19 +11,19 @@ use super::reading::Reading;
 pub(crate) struct Watch {
     /// The folder that the camera saves to.
     pub(crate) folder: PathBuf,
-    /// The experiment, whose trials table says what a recording shows; without it, markers are looked for, and recordings whose names differ in
-    /// their last number are trials of one view.
-    #[arg(long)]
+    /// The experiment, whose trials table says what each recording shows; without it, markers are detected, and recordings whose names differ
+    /// only in the last number are trials of one view.
+    #[arg(long, value_name = "FILE")]
     pub(crate) experiment: Option<PathBuf>,
-    /// Seconds between looks into the folder; a file whose size stands still for as long is taken for saved.
+    /// Seconds between checks of the folder; a file whose size has not changed for as long counts as saved.
     #[arg(long, value_name = "SECONDS", default_value_t = 1.0)]
     pub(crate) every: f64,
-    /// Frames per second of recordings that do not state them, such as folders of images.
-    #[arg(long)]
+    /// Frames per second of recordings that do not state their frame rate, such as folders of images.
+    #[arg(long, value_name = "HZ")]
     pub(crate) rate_hz: Option<f64>,
     #[command(flatten)]
     pub(crate) reading: Reading,
-    /// Threads; all cores when left out.
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
+    /// Threads; default: all cores.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) jobs: Option<u16>,
 }

@@ -4,7 +4,7 @@ use std::num::NonZero;
 use std::time::Instant;
 
 use chainwave_correlation::{Interpolation, Shape, ShapeChoice};
-use chainwave_experiment::{MemoryStore, Monitor, PlannedResult, Setup, outcome, plan};
+use chainwave_experiment::{Forecast, MemoryStore, Monitor, PlannedResult, Setup, outcome, plan};
 use chainwave_measurement::Estimate;
 
 use super::Rung;
@@ -73,7 +73,7 @@ pub(super) fn ladder(setup: &Setup) -> Result<Vec<Rung>, Error> {
 /// As of a plan.
 pub(super) fn budgets(setup: &Setup) -> Result<Vec<String>, Error> {
     let plan = plan(setup, ONE_THREAD, &Monitor::SILENT, &|| 0.0)?;
-    let told = plan.results.iter().filter_map(|(result, _, shares)| {
+    let told = plan.forecasts.iter().filter_map(|Forecast { result, shares, .. }| {
         let (_, step) = RESULTS.iter().find(|(one, _)| one == result)?;
         let shares: Vec<String> =
             shares.iter().map(|one| format!("{} {:.0} %", one.source, 100.0 * one.share)).collect();

@@ -7,6 +7,7 @@
 
 use std::collections::BTreeMap;
 
+use chainwave_analysis::SIGNIFICANCE_LEVEL;
 use chainwave_analysis::probability::{student, variance_ratio_beyond};
 use chainwave_measurement::Estimate;
 use nalgebra::{DMatrix, DVector};
@@ -15,8 +16,6 @@ use crate::geometry::scale::{Errors, SIZE_SIGMA, SharedBody, StatedScale, USUAL_
 
 /// What an explanation of the places is charged for each number that it needs, in chi squared: three standard deviations.
 const CHARGE: f64 = 9.0;
-/// Rate at which square cameras with good lenses are taken for others, where what their places are off by is noise of any size.
-const SIGNIFICANCE_LEVEL: f64 = 0.01;
 /// How much of each shape a camera has at the farthest body where nothing tells it, as a standard deviation: some tenths of a degree from near.
 const USUAL_SHAPE: f64 = 1e-3;
 /// Least standard uncertainty of a place at rest, in pixels: interpolation moves a marker by some thousandths.

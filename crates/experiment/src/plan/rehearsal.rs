@@ -3,7 +3,7 @@
 use std::f64::consts::{SQRT_2, TAU};
 use std::num::NonZero;
 
-use chainwave_measurement::{Estimate, Lost, Position, map_in_parallel};
+use chainwave_measurement::{Estimate, Lost, Position, map_in_parallel, median_interval_s};
 use chainwave_synthetic::trials::{Draw, Scatter, draw};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
@@ -62,7 +62,7 @@ impl Rehearsal {
 
     fn scatter(&self, one: &PlannedRecording) -> Scatter {
         let strength = self.setup.experiment.nominal_drive();
-        let frame_s = interval_s(&one.info.times_s);
+        let frame_s = median_interval_s(&one.info.times_s).unwrap_or(1.0);
         Scatter {
             striker_velocity_m_per_s: strength.value,
             striker_velocity_sigma_m_per_s: strength.sigma,
@@ -167,9 +167,4 @@ impl Rehearsal {
         let n = views.len();
         (0..n).flat_map(|one| (one + 1..n).map(move |other| [one, other])).flat_map(shared).collect()
     }
-}
-
-/// The time between the first two frames.
-fn interval_s(times_s: &[f64]) -> f64 {
-    times_s.windows(2).map(|pair| pair[1] - pair[0]).next().unwrap_or(1.0)
 }

@@ -54,20 +54,15 @@ fn a_run_states_what_was_planned_before_and_after_filming() {
     let reading_px = chainwave_measurement::median(of_readings).unwrap();
     let plans = [planned(&before), planned(&after)];
     for plan in &plans {
-        println!("reading {:.5} px, planned {:.5}", reading_px, plan.reading_sigma_px);
         // The aim of a plan: what is measured is stated within 30 %.
         assert!((plan.reading_sigma_px / reading_px - 1.0).abs() < 0.3);
-        for (result, found, shares) in &plan.results {
-            let (found, stated) = (found.as_ref().unwrap(), stated.of(*result).as_ref().unwrap());
-            println!("{result:?}: planned {found:?}, stated {stated:?} {shares:?}");
+        for Forecast { result, estimate, .. } in &plan.forecasts {
+            let (found, stated) = (estimate.as_ref().unwrap(), stated.of(*result).as_ref().unwrap());
             assert!(
                 (found.sigma / stated.sigma - 1.0).abs() < 0.3,
                 "{result:?}: {found:?}, stated {stated:?}"
             );
         }
-    }
-    for one in &plans[0].changes {
-        println!("{one:?}");
     }
     let bytes: u64 = after
         .table
@@ -99,7 +94,6 @@ fn laws_of_scaling_hold() {
             (PlannedResult::Displacement, of_displacement, 0.2),
         ] {
             let found = factor(&plan, change, result) / expected;
-            println!("{change}: {result:?} {found:.3}");
             assert!((found - 1.0).abs() < bound, "{change}: {result:?} {found}");
         }
     }
@@ -107,7 +101,7 @@ fn laws_of_scaling_hold() {
     assert_eq!((made.cost.n_recordings, made.cost.bytes), (30, 2 * plan.cost.bytes));
     assert_eq!(made.cost.n_readings, 2 * plan.cost.n_readings);
     // Nothing but noise and the striker is uncertain here.
-    let (_, _, shares) = &plan.results[3];
+    let Forecast { shares, .. } = &plan.forecasts[3];
     assert!(shares[0].source.contains("noise") && shares[0].share > 0.9, "{shares:?}");
 }
 
@@ -182,7 +176,7 @@ fn what_is_not_stated_is_said_to_be_assumed() {
     for word in ["camera of 12 bits", "frames a second", "at rest", "c_d =", "c_s =", "trigger"] {
         assert!(assumed.contains(word), "{word}: {assumed}");
     }
-    for (result, told, _) in &found.results {
+    for Forecast { result, estimate: told, .. } in &found.forecasts {
         assert!(
             told.as_ref().is_ok_and(|told| told.sigma.is_finite() && told.sigma > 0.0),
             "{result:?}: {told:?}"
@@ -201,9 +195,9 @@ fn a_strike_comes_after_the_stated_rest() {
         planned(&setup)
     };
     let (usual, late) = (planned_with(-8e-5), planned_with(2e-3));
-    for ((result, usual, _), (_, late, _)) in usual.results.iter().zip(&late.results) {
-        let [usual, late] = [usual, late].map(|found| found.as_ref().unwrap());
-        println!("{result:?}: {usual:?}, {late:?}");
+    for (usual, late) in usual.forecasts.iter().zip(&late.forecasts) {
+        let result = usual.result;
+        let [usual, late] = [usual, late].map(|found| found.estimate.as_ref().unwrap());
         // As much of the motion is filmed, but for the strike's distance from the end of the rest.
         assert!((0.5..2.0).contains(&(late.sigma / usual.sigma)), "{result:?}: {usual:?}, {late:?}");
     }
@@ -231,8 +225,9 @@ fn a_chain_to_the_left_is_planned_as_its_mirror_image() {
     assert!(to_the_left.map.goes_left() && !to_the_right.map.goes_left());
     let [right, left] = [planned(&to_the_right), planned(&to_the_left)];
     assert_eq!(right.cost.n_readings, left.cost.n_readings);
-    for ((result, one, _), (_, other, _)) in right.results.iter().zip(&left.results) {
-        let [one, other] = [one, other].map(|found| found.as_ref().unwrap());
+    for (one, other) in right.forecasts.iter().zip(&left.forecasts) {
+        let result = one.result;
+        let [one, other] = [one, other].map(|found| found.estimate.as_ref().unwrap());
         // Whole numbers of pixels, mirrored: rounding alone, which an alignment's last step may enlarge.
         assert!((one.sigma / other.sigma - 1.0).abs() < 1e-6, "{result:?}: {one:?}, {other:?}");
     }

@@ -8,8 +8,8 @@ use chainwave_analysis::SIGNIFICANCE_LEVEL;
 use chainwave_analysis::probability::variance_ratio_beyond;
 use chainwave_correlation::{Acceptance, ReferenceFrames, Settings, mean_of_frames};
 use chainwave_measurement::{
-    Estimate, MemoryRecording, Position, Recording, Region, Subset, map_in_parallel, median,
-    median_and_robust_sigma,
+    Estimate, MemoryRecording, Position, Recording, Region, Subset, map_in_parallel, median_and_robust_sigma,
+    median_interval_s,
 };
 
 use crate::finding::Finding;
@@ -181,7 +181,7 @@ impl Sheared {
             velocity_squared += velocity.powi(2);
         }
         let info = recording.info();
-        let period_s = median(info.times_s.windows(2).map(|pair| pair[1] - pair[0]).collect())?;
+        let period_s = median_interval_s(&info.times_s)?;
         (velocity_squared > 0.0).then_some(Self {
             shear_by_velocity,
             velocity_squared,

@@ -1,6 +1,6 @@
 //! Numbers that contradict each other before any picture is looked at: the scale, the masses, the striker's velocity.
 
-use chainwave_measurement::{RecordingInfo, median};
+use chainwave_measurement::{RecordingInfo, median_interval_s};
 
 use super::view_at_rest::ViewAtRest;
 use crate::error::Error;
@@ -129,7 +129,7 @@ pub(super) fn masses(setup: &Setup, views: &[ViewAtRest]) -> Result<Vec<Finding>
     let linear = setup.experiment.linear_chain()?;
     let infos = || views.iter().map(|view| view.recording.info());
     let longest_s = infos().filter_map(RecordingInfo::last_s).fold(0.0, f64::max);
-    let frame_s = infos().filter_map(interval_s).fold(f64::INFINITY, f64::min);
+    let frame_s = infos().filter_map(|info| median_interval_s(&info.times_s)).fold(f64::INFINITY, f64::min);
     let bodies_per_s = linear.bodies_per_s();
     let (in_all, in_a_frame) = (bodies_per_s * longest_s, bodies_per_s * frame_s);
     let speed = linear.sound_speed_m_per_s(chain.mean_pitch_m());
@@ -162,7 +162,7 @@ pub(super) fn velocity(setup: &Setup, views: &[ViewAtRest]) -> Option<Finding> {
     let velocity_m_per_s = setup.experiment.striker.as_ref()?.velocity_m_per_s.get();
     let infos = || views.iter().map(|view| view.recording.info());
     let longest_s = infos().filter_map(RecordingInfo::last_s).fold(0.0, f64::max);
-    let frame_s = infos().filter_map(interval_s).fold(f64::INFINITY, f64::min);
+    let frame_s = infos().filter_map(|info| median_interval_s(&info.times_s)).fold(f64::INFINITY, f64::min);
     let m_per_px = setup.map.m_per_px().value;
     let (in_all_px, in_a_frame) = (
         velocity_m_per_s * longest_s / m_per_px,
@@ -182,9 +182,4 @@ pub(super) fn velocity(setup: &Setup, views: &[ViewAtRest]) -> Option<Finding> {
             "at {velocity_m_per_s} m/s the striker flies {moves} (hint: is it in mm/s or km/s, or the frame rate wrong?)"
         ),
     })
-}
-
-/// The usual one: a last frame that was never exposed may be stamped months later.
-fn interval_s(info: &RecordingInfo) -> Option<f64> {
-    median(info.times_s.windows(2).map(|pair| pair[1] - pair[0]).collect())
 }

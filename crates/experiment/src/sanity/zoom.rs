@@ -17,7 +17,7 @@ use crate::setup::Setup;
 use crate::wording::estimate;
 
 /// Probability by chance, of distances from body to body, from which on nothing is said.
-const SIGNIFICANCE_LEVEL: f64 = 1e-4;
+const ZOOM_LEVEL: f64 = 1e-4;
 /// A change that matters to no result: a share of what a scale is known to.
 const LEAST: f64 = 3e-4;
 /// Standard deviations from which on the sizes of markers contradict the distances.
@@ -103,7 +103,7 @@ fn than_first(method: Method, of_view: &[&Resting]) -> Vec<Option<Larger>> {
 fn is_told(larger: &Larger) -> bool {
     let Estimate { value, sigma } = larger.by_distance;
     value.abs() > LEAST
-        && variance_ratio_beyond((value / sigma).powi(2), 1.0, larger.degrees_of_freedom) < SIGNIFICANCE_LEVEL
+        && variance_ratio_beyond((value / sigma).powi(2), 1.0, larger.degrees_of_freedom) < ZOOM_LEVEL
 }
 
 /// Whether markers are not as much larger as the distances between them.

@@ -3,7 +3,7 @@
 use std::num::NonZero;
 
 use chainwave_analysis::{FalseRate, Rule};
-use chainwave_inference::false_choices::{PValues, TrueChain, p_values};
+use chainwave_inference::false_choices::{NullChain, PValues, p_values};
 use chainwave_inference::{
     damping_rule, hypothesis_rule, scatter_of_bodies_rule, softening_rule, structure_rule,
 };
@@ -14,11 +14,11 @@ const N_EXPERIMENTS: u64 = 40;
 /// A recount off by more happens once in 15 000 tests.
 const DEVIATIONS: f64 = 4.0;
 
-const LINEAR: TrueChain = TrueChain { softens: false, chain_damping_kg_per_s: 0.003, mass_scatter: 0.0 };
-const ALIKE_AND_UNDAMPED: TrueChain =
-    TrueChain { softens: true, chain_damping_kg_per_s: 0.0, mass_scatter: 0.0 };
+const LINEAR: NullChain = NullChain { softens: false, chain_damping_kg_per_s: 0.003, mass_scatter: 0.0 };
+const ALIKE_AND_UNDAMPED: NullChain =
+    NullChain { softens: true, chain_damping_kg_per_s: 0.0, mass_scatter: 0.0 };
 
-fn of(truth: &TrueChain, n: u64, p_value: impl Fn(&PValues) -> f64) -> Vec<f64> {
+fn of(truth: &NullChain, n: u64, p_value: impl Fn(&PValues) -> f64) -> Vec<f64> {
     let found = p_values(truth, FIRST_SEED..FIRST_SEED + n, NonZero::<usize>::MIN).unwrap();
     found.iter().map(p_value).collect()
 }
@@ -64,7 +64,7 @@ fn like_bodies_and_no_damping_are_taken_for_others_as_often_as_the_table_says() 
 #[test]
 fn what_is_there_is_not_missed() {
     const N: u64 = 20;
-    let truth = TrueChain { softens: true, chain_damping_kg_per_s: 0.003, mass_scatter: 0.013 };
+    let truth = NullChain { softens: true, chain_damping_kg_per_s: 0.003, mass_scatter: 0.013 };
     let found = p_values(&truth, FIRST_SEED..FIRST_SEED + N, NonZero::<usize>::MIN).unwrap();
     for (rule, p_value) in [
         (softening_rule(), (|found| found.softening) as fn(&PValues) -> f64),

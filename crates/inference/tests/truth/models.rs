@@ -2,7 +2,7 @@
 
 use std::num::NonZero;
 
-use chainwave_inference::wrong_models::{C_D_KG_PER_S, TrueChain, fits};
+use chainwave_inference::wrong_models::{C_D_KG_PER_S, ChainBeyondModel, fits};
 use chainwave_inference::{Hypothesis, TrackFit};
 use chainwave_measurement::Estimate;
 
@@ -10,7 +10,7 @@ use chainwave_measurement::Estimate;
 const SEED: u64 = 500_000;
 
 fn fitted(name: &str) -> TrackFit {
-    let truth = TrueChain::ALL.iter().find(|truth| truth.name == name).unwrap();
+    let truth = ChainBeyondModel::ALL.iter().find(|truth| truth.name == name).unwrap();
     fits(truth, SEED..SEED + 1, NonZero::<usize>::MIN).unwrap().remove(0).unwrap()
 }
 
@@ -53,7 +53,7 @@ fn a_scale_that_is_off_by_a_little_is_told() {
 
 #[test]
 fn a_chain_as_stated_is_left_as_it_is() {
-    let truth = TrueChain::AS_STATED;
+    let truth = ChainBeyondModel::AS_STATED;
     let found = fits(&truth, SEED..SEED + 6, NonZero::<usize>::MIN).unwrap();
     let found: Vec<TrackFit> = found.into_iter().map(Result::unwrap).collect();
     let asked = |fit: &&TrackFit| fit.as_stated.is_told() || !fit.beyond.is_empty();
@@ -72,8 +72,10 @@ fn a_chain_as_stated_is_left_as_it_is() {
 
 #[test]
 fn friction_that_noise_hides_from_the_whole_is_told_by_its_shape() {
-    let truth =
-        TrueChain::ALL.iter().find(|truth| truth.name == "noise of 2 um, dry friction of 0.03 mN").unwrap();
+    let truth = ChainBeyondModel::ALL
+        .iter()
+        .find(|truth| truth.name == "noise of 2 um, dry friction of 0.03 mN")
+        .unwrap();
     for fit in fits(truth, SEED..SEED + 3, NonZero::<usize>::MIN).unwrap() {
         let fit = fit.unwrap();
         // It stands seven standard errors off zero, of which four make it told; the dampings hold as in any sound fit.

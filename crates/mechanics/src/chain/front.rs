@@ -3,8 +3,9 @@
 use crate::equations::state::ChainState;
 use crate::lanes::{PADDING, padded};
 
-/// Bodies that must rest ahead of the last one that moves: more than a step of any method can reach.
-const MARGIN: usize = 16;
+/// Bodies that must rest ahead of the last one that moves: more than a step of any method can reach. Derivatives of the motion fall off
+/// ahead of it as the motion does.
+pub(crate) const MARGIN: usize = 16;
 
 /// Finds how far the wave has come, so that the bodies ahead of it are left out.
 ///

@@ -50,9 +50,6 @@ pub enum Bodies {
     All,
 }
 
-/// Stored displacements beyond which a simulation is refused (4 GB with the velocities).
-const MAX_SAMPLES: f64 = 2.5e8;
-
 /// Finest accuracy that the methods reach before their roundings add up.
 const FINEST_ACCURACY: f64 = 1e-12;
 
@@ -84,7 +81,7 @@ impl Schedule {
         check::require(n_intervals >= 1.0, "duration_s", "at least one output_interval_s", self.duration_s)?;
         let n_samples = (n_intervals / keep_every as f64 + 1.0) * chain.n_bodies() as f64;
         let hint = "a longer output_interval_s needs fewer";
-        check::limit("outputs times bodies", MAX_SAMPLES, n_samples, hint)?;
+        check::limit("outputs times bodies", check::MAX_STORED, n_samples, hint)?;
         if let Drive::Imposed(motion) = &chain.drive {
             motion.check_covers(n_intervals * self.output_interval_s)?;
         }

@@ -6,6 +6,7 @@ use chainwave_measurement::Trajectory;
 use pulp::{Simd, WithSimd};
 
 use super::change::DerivativeRequest;
+use super::front::MARGIN;
 use crate::equations::{model::ChainModel, parameters::Chain, row::End};
 use crate::lanes::{self};
 use along::{Along, Closing, Coefficients};
@@ -37,10 +38,6 @@ pub(crate) struct Tangent<'a> {
     /// Masses that the wave has come to, or that a change moves at the start, and a margin ahead of them: the others have no derivatives.
     awake: usize,
 }
-
-/// Masses ahead of the last one that moves which have derivatives: these fall off ahead of a front as the motion does, of which as many masses rest ahead of the
-/// last one that it lets move.
-const MARGIN: usize = 16;
 
 /// Derivatives of displacement and velocity, mass after mass and a row for the wall, or their rates.
 #[derive(Debug, Clone)]

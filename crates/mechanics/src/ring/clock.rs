@@ -13,9 +13,6 @@ use crate::{check, error::MechanicsError};
 const SAFETY: f64 = 0.9;
 /// Element-steps beyond which a simulation is refused (about an hour of computing).
 const MAX_ELEMENT_STEPS: f64 = 4e12;
-/// Stored numbers beyond which a simulation is refused (2 GB).
-const MAX_SAMPLES: f64 = 2.5e8;
-
 /// The rod of a half ring, its masses, and the steps that fit.
 pub(crate) struct RingClock {
     pub(crate) rod: Rod,
@@ -96,7 +93,7 @@ fn check_size(
         (
             "numbers to report",
             n_outputs * (rings + 1.0) * per_ring,
-            MAX_SAMPLES,
+            check::MAX_STORED,
             "report less often, or leave out the shapes",
         ),
     ];

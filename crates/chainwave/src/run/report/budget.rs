@@ -1,12 +1,12 @@
 //! What the uncertainty of each result comes from, as a plan of the experiment as it was filmed tells.
 
-use chainwave_experiment::{Plan, VarianceShare};
+use chainwave_experiment::{Forecast, Plan, VarianceShare};
 
 use super::markup::{Cell, table};
 
 /// A table of each result with the shares of its variance.
 pub(super) fn section(plan: &Plan) -> String {
-    let rows = plan.results.iter().map(|(result, estimate, shares)| {
+    let rows = plan.forecasts.iter().map(|Forecast { result, estimate, shares }| {
         let (relative, from) = match estimate {
             Ok(found) => {
                 let relative = 100.0 * (found.sigma / found.value).abs();

@@ -1,6 +1,6 @@
 //! What was foreseen of each result beside what came out.
 
-use chainwave_experiment::{Evaluation, Plan, outcome};
+use chainwave_experiment::{Evaluation, Forecast, Plan, outcome};
 use chainwave_measurement::Estimate;
 
 use super::super::accuracy::Reached;
@@ -13,7 +13,7 @@ const TOLD_RATIO: f64 = 1.3;
 /// A table of each result's uncertainty as a rehearsal of the stated experiment foresees it, and as the run states it.
 pub(super) fn section(plan: &Plan, evaluation: &Evaluation) -> String {
     let found = outcome(evaluation);
-    let rows = plan.results.iter().map(|(result, foreseen, _)| {
+    let rows = plan.forecasts.iter().map(|Forecast { result, estimate: foreseen, .. }| {
         let found = found.of(*result);
         let told = foreseen.as_ref().ok().zip(found.as_ref().ok());
         let ratio = told.map(|(foreseen, found)| found.sigma / foreseen.sigma);
