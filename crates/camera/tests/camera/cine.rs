@@ -3,6 +3,7 @@
 use chainwave_camera::{CameraError, open};
 use chainwave_measurement::{ReadError, Recording, Region};
 
+use crate::common::{frame, has_warning};
 use crate::writer::{CineFile, GRAY_8, GRAY_16, P10, P12L, codes, stamps, written};
 
 fn opened(file: &CineFile) -> Box<dyn Recording> {
@@ -10,20 +11,9 @@ fn opened(file: &CineFile) -> Box<dyn Recording> {
     open(&path).unwrap()
 }
 
-fn frame(recording: &dyn Recording, frame: usize) -> Vec<f32> {
-    let region = Region::whole(recording.info().width_px, recording.info().height_px);
-    let mut pixels = vec![f32::NAN; region.n_pixels()];
-    recording.read_region(frame, region, &mut pixels).unwrap();
-    pixels
-}
-
 fn refusal(file: &CineFile) -> CameraError {
     let (_folder, path) = file.write();
     open(&path).err().expect("the file should be refused")
-}
-
-fn has_warning(recording: &dyn Recording, part: &str) -> bool {
-    recording.info().warnings.iter().any(|warning| warning.contains(part))
 }
 
 #[test]

@@ -5,13 +5,10 @@ use std::path::Path;
 use chainwave_camera::{CameraError, OpenOptions, open, open_with};
 use chainwave_measurement::{Recording, Region};
 
+use crate::common::has_warning;
 use crate::mraw::MrawFile;
 use crate::tiff_writer::TiffFile;
 use crate::writer::codes;
-
-fn has_warning(recording: &dyn Recording, part: &str) -> bool {
-    recording.info().warnings.iter().any(|warning| warning.contains(part))
-}
 
 #[test]
 fn images_with_negative_numbers_come_before_the_trigger() {

@@ -7,29 +7,15 @@ use chainwave_measurement::{ReadError, Recording, Region};
 use tiff::encoder::colortype::{ColorType, Gray8, Gray16, RGB8};
 use tiff::encoder::{Compression, TiffEncoder};
 
+use crate::common::{as_counts, frame, has_warning};
 use crate::tiff_writer::TiffFile;
 use crate::writer::{codes, written};
 
 const WIDTH: usize = 16;
 const HEIGHT: usize = 6;
 
-fn frame(recording: &dyn Recording, frame: usize) -> Vec<f32> {
-    let region = Region::whole(recording.info().width_px, recording.info().height_px);
-    let mut pixels = vec![f32::NAN; region.n_pixels()];
-    recording.read_region(frame, region, &mut pixels).unwrap();
-    pixels
-}
-
-fn as_counts(codes: &[u16]) -> Vec<f32> {
-    codes.iter().map(|&code| code.into()).collect()
-}
-
 fn as_bytes(codes: &[u16]) -> Vec<u8> {
     codes.iter().map(|&code| code as u8).collect()
-}
-
-fn has_warning(recording: &dyn Recording, part: &str) -> bool {
-    recording.info().warnings.iter().any(|warning| warning.contains(part))
 }
 
 fn frames(n_frames: u32, high: u16) -> Vec<Vec<u16>> {

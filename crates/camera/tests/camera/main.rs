@@ -10,6 +10,8 @@ mod boards;
 #[cfg(test)]
 mod cine;
 #[cfg(test)]
+mod common;
+#[cfg(test)]
 mod counting;
 #[cfg(test)]
 mod folders;

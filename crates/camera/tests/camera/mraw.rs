@@ -7,6 +7,7 @@ use chainwave_camera::{CameraError, OpenOptions, open, open_with};
 use chainwave_measurement::{Recording, Region};
 use tempfile::TempDir;
 
+use crate::common::{as_counts, frame, has_warning};
 use crate::writer::{codes, packed};
 
 /// What to write; every default is a plain pair of files with two 16x4 frames of 12 of 16 bits.
@@ -122,21 +123,6 @@ impl MrawFile {
     fn refusal(&self) -> CameraError {
         open(&self.write("cih").1).err().expect("the file should be refused")
     }
-}
-
-fn frame(recording: &dyn Recording, frame: usize) -> Vec<f32> {
-    let region = Region::whole(recording.info().width_px, recording.info().height_px);
-    let mut pixels = vec![f32::NAN; region.n_pixels()];
-    recording.read_region(frame, region, &mut pixels).unwrap();
-    pixels
-}
-
-fn has_warning(recording: &dyn Recording, part: &str) -> bool {
-    recording.info().warnings.iter().any(|warning| warning.contains(part))
-}
-
-fn as_counts(codes: &[u16]) -> Vec<f32> {
-    codes.iter().map(|&code| code.into()).collect()
 }
 
 #[test]

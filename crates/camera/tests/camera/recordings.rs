@@ -6,26 +6,12 @@ use std::path::Path;
 use chainwave_camera::{CameraError, OpenOptions, RawGeometry, open, open_raw, open_with};
 use chainwave_measurement::{Recording, Region};
 
+use crate::common::{as_counts, frame, has_warning};
 use crate::images::{gray_png, gray_tiff, npy_bytes};
 use crate::jpeg_writer::{jpeg_bytes, with_orientation};
 use crate::mraw::MrawFile;
 use crate::tiff_writer::TiffFile;
 use crate::writer::{CineFile, codes, packed, written};
-
-fn frame(recording: &dyn Recording, frame: usize) -> Vec<f32> {
-    let region = Region::whole(recording.info().width_px, recording.info().height_px);
-    let mut pixels = vec![f32::NAN; region.n_pixels()];
-    recording.read_region(frame, region, &mut pixels).unwrap();
-    pixels
-}
-
-fn as_counts(codes: &[u16]) -> Vec<f32> {
-    codes.iter().map(|&code| code.into()).collect()
-}
-
-fn has_warning(recording: &dyn Recording, part: &str) -> bool {
-    recording.info().warnings.iter().any(|warning| warning.contains(part))
-}
 
 fn refusal(path: &Path, options: &OpenOptions) -> CameraError {
     open_with(path, options).err().expect("the recording should be refused")

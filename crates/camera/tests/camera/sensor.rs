@@ -13,6 +13,7 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 use tempfile::TempDir;
 
+use crate::common::frame;
 use crate::images::npy_bytes;
 use crate::writer::{codes, written};
 
@@ -33,13 +34,6 @@ fn opened(frames: &[Vec<u16>]) -> (TempDir, Box<dyn Recording>) {
     let (folder, path) = file(frames);
     let recording = open(&path).unwrap();
     (folder, recording)
-}
-
-fn frame(recording: &dyn Recording, frame: usize) -> Vec<f32> {
-    let region = Region::whole(recording.info().width_px, recording.info().height_px);
-    let mut pixels = vec![f32::NAN; region.n_pixels()];
-    recording.read_region(frame, region, &mut pixels).unwrap();
-    pixels
 }
 
 /// Response of a pixel to light, in binary fractions, so that counts are whole numbers.
