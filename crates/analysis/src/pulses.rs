@@ -16,7 +16,7 @@ use chainwave_measurement::{ChainMotion, ErrorModes, Estimate, median};
 pub use self::hump::Sense;
 use self::hump::{SmoothedRows, humps};
 use self::meeting::{Meeting, begins_at, meetings, phase_shift, reflected_from, rejoin, within_meetings};
-use self::path::{Line, PulsePath};
+use self::path::{Line, PulsePath, common_speed};
 pub use self::ridge::Direction;
 use self::ridge::{MIN_GAPS, ridges};
 use crate::check::{check_fraction, check_motion};
@@ -69,7 +69,8 @@ pub struct Pulse {
     pub sense: Sense,
     /// Its passage of each gap in which it was told, in its order.
     pub passes: Vec<Pass>,
-    /// Speed in metres of the chain at rest a second, along its way: the slope of the line through its passages out of other pulses' reach.
+    /// Speed in metres of the chain at rest a second, along its way: the slope of the lines through its passages out of other pulses' reach, which
+    /// meetings with those move along the way.
     pub speed_m_per_s: Option<Estimate>,
     /// Its strain, compression negative: the median over those passages.
     pub strain: Option<Estimate>,
@@ -216,22 +217,21 @@ impl Found {
 
     fn values(&self, courses: &[PulsePath], spacing: &Spacing) -> Values {
         let of_pulse =
-            |(course, is_within): (&PulsePath, &Vec<bool>)| pulse_values(course, is_within, spacing);
+            |pulse: usize| pulse_values(&courses[pulse], &self.is_within[pulse], &self.met_s(pulse), spacing);
         let shifts = self.meetings.iter().map(|meeting| {
             meeting.pulses.map(|pulse| {
-                let others_s: Vec<f64> = self
-                    .meetings
-                    .iter()
-                    .filter(|other| other.pulses.contains(&pulse))
-                    .map(|other| other.t_s)
-                    .collect();
-                phase_shift(&courses[pulse], &self.is_within[pulse], meeting, &others_s)
+                phase_shift(&courses[pulse], &self.is_within[pulse], meeting, &self.met_s(pulse))
             })
         });
-        Values {
-            pulses: courses.iter().zip(&self.is_within).map(of_pulse).collect(),
-            shifts: shifts.collect(),
-        }
+        Values { pulses: (0..courses.len()).map(of_pulse).collect(), shifts: shifts.collect() }
+    }
+
+    /// When a pulse meets others, in time.
+    fn met_s(&self, pulse: usize) -> Vec<f64> {
+        let own = self.meetings.iter().filter(|meeting| meeting.pulses.contains(&pulse));
+        let mut met_s: Vec<f64> = own.map(|meeting| meeting.t_s).collect();
+        met_s.sort_by(f64::total_cmp);
+        met_s
     }
 
     fn assemble(&self, values: &Values, replicas: &[Values]) -> Pulses {
@@ -303,7 +303,7 @@ fn estimate(value: Option<f64>, replicas: impl Iterator<Item = Option<f64>>) -> 
     (2 * found.len() > all.len() && found.len() > 1).then(|| Estimate::new(value, variance.sqrt()))
 }
 
-fn pulse_values(course: &PulsePath, is_within: &[bool], spacing: &Spacing) -> PulseValues {
+fn pulse_values(course: &PulsePath, is_within: &[bool], met_s: &[f64], spacing: &Spacing) -> PulseValues {
     let point = |place: usize| {
         let pass = &course.passes[place];
         (pass.t_s, spacing.place_m(pass.gap as f64))
@@ -328,8 +328,11 @@ fn pulse_values(course: &PulsePath, is_within: &[bool], spacing: &Spacing) -> Pu
     };
     let passes: Vec<PassValues> = (0..course.passes.len()).map(of_pass).collect();
     let free: Vec<usize> = (0..passes.len()).filter(|place| !is_within[*place]).filter(is_found).collect();
-    let points: Vec<(f64, f64)> = free.iter().map(|place| point(*place)).collect();
-    let speed_m_per_s = Line::through(&points, MIN_GAPS).map(|line| along * line.speed());
+    let n_met = |place: usize| met_s.partition_point(|met_s| *met_s < course.passes[place].t_s);
+    let of_stretch = |before: usize| free.iter().filter(move |place| n_met(**place) == before);
+    let stretches: Vec<Vec<(f64, f64)>> =
+        (0..=met_s.len()).map(|n| of_stretch(n).map(|place| point(*place)).collect()).collect();
+    let speed_m_per_s = common_speed(&stretches, MIN_GAPS).map(|speed| along * speed);
     PulseValues {
         speed_m_per_s,
         strain: median(free.iter().map(|place| passes[*place].strain).collect()),

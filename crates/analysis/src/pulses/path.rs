@@ -85,3 +85,19 @@ impl Line {
         self.slowness.recip()
     }
 }
+
+/// The speed that stretches of one way have in common, each with a beginning of its own, as a meeting moves a pulse along its way: least
+/// squares of the times, as of [`Line::through`]. None of points that, but for one in each stretch, are fewer than `least - 1`.
+pub(crate) fn common_speed(stretches: &[Vec<(f64, f64)>], least: usize) -> Option<f64> {
+    let (mut product, mut square, mut n_free) = (0.0, 0.0, 0);
+    for points in stretches.iter().filter(|points| points.len() > 1) {
+        let n = points.len() as f64;
+        let mean = |value: fn(&(f64, f64)) -> f64| points.iter().map(value).sum::<f64>() / n;
+        let (t_s, place) = (mean(|point| point.0), mean(|point| point.1));
+        product += points.iter().map(|point| (point.0 - t_s) * (point.1 - place)).sum::<f64>();
+        square += points.iter().map(|point| (point.1 - place).powi(2)).sum::<f64>();
+        n_free += points.len() - 1;
+    }
+    let speed = square / product;
+    (n_free + 1 >= least && speed.is_finite() && speed.abs() > 0.0).then_some(speed)
+}

@@ -115,10 +115,10 @@ fn solitons_go_on_as_themselves_and_are_moved_as_the_closed_form_says() {
             let shift = collision.shifts[side].unwrap().value;
             // The issue's own bound: 0.05 of the pitch.
             assert!((shift - solitons.shifts()[soliton]).abs() < 0.05, "case {index}, {soliton}: {shift}");
-            // One line runs through both sides of the meeting, so its slope is off by up to 1.5 shifts over the way.
+            // What the other soliton's tail leaves of 1e-4 of its height, and the samples' interval; a line through both sides of the meeting
+            // would be off by up to 1.5 shifts over the way.
             let speed = own.speed_m_per_s.unwrap().value / (kappa.sinh() / kappa);
-            let bend = 2.0 * shift.abs() / own.passes.len() as f64;
-            assert!((speed - 1.0).abs() < 2e-3 + bend, "case {index}, {soliton}: {speed}");
+            assert!((speed - 1.0).abs() < 1e-3, "case {index}, {soliton}: {speed}");
             // exp(-r) - 1 = sinh^2 kappa / cosh^2(..) at its top.
             let size = (1.0 + kappa.sinh().powi(2)).ln();
             assert!((own.strain.unwrap().value / size + 1.0).abs() < 2e-3, "case {index}, {soliton}");
