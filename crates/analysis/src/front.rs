@@ -195,7 +195,7 @@ fn leading_pulse(
     let near = coarse.saturating_sub(*rise)..=(coarse + rise).min(series.len() - 1);
     let summit = near.max_by(|a, b| level(smoothed, *a).total_cmp(&level(smoothed, *b)));
     let summit = summit.filter(|at| smoothed[*at].is_some()).ok_or(Missing::TooFewSamples)?;
-    if is_beside_a_hole(smoothed, summit, *fall) {
+    if is_beside_a_hole(smoothed, summit, *fall) || is_behind_a_hidden_one(smoothed, summit, *fall) {
         return Err(Missing::PeakOutsideRecord);
     }
     let peak = refine_peak(&series, smoothed, summit, settings.peak_fraction)?;
@@ -355,6 +355,16 @@ fn is_beside_a_hole(smoothed: &[Option<f64>], summit: usize, fall: f64) -> bool 
     let before: Vec<usize> = (0..summit).rev().collect();
     let behind: Vec<usize> = (summit + 1..smoothed.len()).collect();
     is_cut(&before) || is_cut(&behind)
+}
+
+/// Whether a hole before a summit hides an earlier peak: what is seen behind it comes down by so much before it rises to the summit, or opens the gap,
+/// which no gap does that a wave has not passed.
+fn is_behind_a_hidden_one(smoothed: &[Option<f64>], summit: usize, fall: f64) -> bool {
+    let hides = |hole: usize| {
+        let lowest = smoothed[hole + 1..summit].iter().flatten().copied().fold(f64::INFINITY, f64::min);
+        level(smoothed, hole + 1) - lowest > fall || lowest < -fall
+    };
+    (0..summit).any(|at| smoothed[at].is_none() && smoothed[at + 1].is_some() && hides(at))
 }
 
 /// The last of the samples on one side of a summit that exceed a threshold and belong to its hump. Another one begins behind a fall and a

@@ -70,6 +70,8 @@ pub(crate) fn merged<'a>(
     }
     let without_pictures = joint.stitched.motion.clone();
     let apart = picture_errors.apart();
+    // By readings whose sigmas contain what pictures add to the noise of a body that moves, which is as white.
+    let unresolved = UnresolvedMotion::of(&joint.observations, rest_until_s);
     if picture_errors.is_found() {
         joint.observations = apart.noise_of(joint.observations);
         joint.stitched =
@@ -82,22 +84,17 @@ pub(crate) fn merged<'a>(
     side_motion.widen(&without_pictures, &stitched.motion);
     let inclination = Inclination::of(&joint.stitched.motion, &side_motion);
     let rests_until_s = &joint.stabilisation.rests_until_s;
-    // What lies on the sensor is seen apart by two views as well, and is counted already.
-    let between_views = if picture_errors.is_found() { None } else { joint.between_views() };
+    let between_views = joint.between_views(&picture_errors);
     let of_each_view =
         between_views.map_or_else(Vec::new, |found| found.errors(&joint.observations, rests_until_s));
     if !of_each_view.is_empty() {
-        joint.stitched = merge(&joint.observations, &with([of_views, of_each_view.clone()].concat()))?;
+        let errors = [of_views, apart.errors.clone(), of_each_view.clone()].concat();
+        joint.stitched = merge(&joint.observations, &with(errors))?;
     }
     let motion = &mut joint.stitched.motion;
     shared.add_to(motion);
     joint.stabilisation.add_to(motion, &joint.observations);
-    // What pictures add to the noise of a body that moves is as white, and has its name.
-    let unresolved =
-        (!picture_errors.is_found()).then(|| UnresolvedMotion::of(&joint.observations, rest_until_s));
-    if let Some(unresolved) = &unresolved {
-        unresolved.add_to(motion);
-    }
+    unresolved.add_to(motion);
     joint.scale.add_to(motion);
     if let Some(inclination) = &inclination {
         inclination.add_to(motion);
@@ -112,7 +109,7 @@ pub(crate) fn merged<'a>(
         Finding::all_of("precursor", "bodies ahead of the wave", joint.stabilisation.precursor()),
         Finding::all_of("scale", "camera.scale_px_per_m", joint.scale.warnings()),
         Finding::all_of("picture_errors", "the pictures", picture_errors.warnings(light_moves)),
-        Finding::all_of("frame_rate", "the frame rate", unresolved.and_then(|found| found.warning())),
+        Finding::all_of("frame_rate", "the frame rate", unresolved.warning()),
         between_views.iter().map(BetweenViews::finding).collect(),
         inclination.iter().map(Inclination::finding).collect(),
         side_motion.findings.clone(),

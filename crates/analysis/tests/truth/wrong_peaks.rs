@@ -108,3 +108,35 @@ fn the_edge_of_a_hole_is_no_peak() {
     let found = measure(&with_hole(peak_s(4) + 1.5e-3, 2e-3), &settings(), None).unwrap();
     assert!(found.fronts.iter().all(Result::is_ok), "{:?}", found.fronts);
 }
+
+/// A second hump follows each gap's pulse, and a body is lost until the pulse has nearly passed, or has passed and left the gap open.
+#[test]
+fn a_later_hump_is_not_taken_for_the_pulse_that_a_hole_hides() {
+    let hump = |t_s: f64, height: f64| height / (t_s / 0.5e-3).cosh().powi(2);
+    let strain = |gap: usize, t_s: f64| {
+        let since_s = t_s - peak_s(gap);
+        hump(since_s - 5e-3, -0.02) + hump(since_s - 2.5e-3, 0.01) + hump(since_s, -0.03)
+    };
+    let lost = |from_s: f64, until_s: f64| {
+        let mut motion = with_sigma(motion_of_strain(6, 400, strain), 1e-6);
+        for (t_s, x) in motion.times_s.iter().zip(motion.displacement_m.row_mut(3)) {
+            if (from_s..until_s).contains(t_s) {
+                *x = None;
+            }
+        }
+        measure(&motion, &settings(), None).unwrap().fronts
+    };
+    for behind_s in [0.3e-3, 0.6e-3, 1e-3, 2e-3, 2.5e-3] {
+        let fronts = lost(peak_s(3) - 1.5e-3, peak_s(4) + behind_s);
+        for gap in [3, 4] {
+            assert!(
+                fronts[gap - 1].is_err(),
+                "gap {gap}, {behind_s} s behind its peak: {:?}",
+                fronts[gap - 1]
+            );
+        }
+        assert!(fronts[0].is_ok() && fronts[5].is_ok());
+    }
+    // A hole that is over before the pulse comes costs nothing.
+    assert!(lost(0.5e-3, 1.2e-3).iter().all(Result::is_ok));
+}

@@ -35,6 +35,9 @@ const MOST_STRETCHES: usize = 32;
 const LEAST_TIMES: usize = 8;
 /// Standard deviations beyond which differences of views are no chance: of some hundreds of experiments, none by it.
 const DETECTION_SIGMAS: f64 = 5.0;
+/// An error so many times as large as what lies on the sensor makes is another one: that is told to some tens of per cent by what it adds to a
+/// reading's noise, and is seen apart by two views as well.
+const BEYOND_PICTURES: f64 = 2.0;
 /// Standard deviations of the error that are tried, over that of the noise of a stretch, each a factor beyond the one before.
 const LEAST_RATIO: f64 = 0.1;
 const RATIO_STEP: f64 = 1.25;
@@ -78,6 +81,11 @@ impl BetweenViews {
         let [variance_m2, alike_s] = sizes(&pairs);
         // The difference of two views has the errors of both.
         Some(Self { sigma_m: (0.5 * variance_m2).sqrt(), alike_s, n_pairs: pairs.len(), significance })
+    }
+
+    /// Whether it is more than what lies on the sensor makes, which has this size in metres.
+    pub(crate) fn is_beyond(&self, of_pictures_m: f64) -> bool {
+        self.sigma_m > BEYOND_PICTURES * of_pictures_m
     }
 
     /// The errors of all readings of bodies that move, as independent parts: each begins as another ends, with the variance kept.

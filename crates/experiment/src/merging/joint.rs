@@ -123,7 +123,8 @@ impl<'a> Joint<'a> {
             joint = Self { clocks, ..joined(&timed)? };
         }
         // Views that still disagree do so by something else, of which a clock would take up a part.
-        let is_something_else = !joint.clocks.are_known() || joint.between_views().is_some();
+        let pictures = joint.picture_errors();
+        let is_something_else = !joint.clocks.are_known() || joint.between_views(&pictures).is_some();
         if joint.clocks.are_of_views() && is_something_else {
             timed = Timed::as_stated(tracked);
             joint = joined(&timed)?;
@@ -155,13 +156,15 @@ impl<'a> Joint<'a> {
         self.stitched.unsettled.is_some_and(|unsettled| unsettled.is_adrift(frame_s))
     }
 
-    /// What views that contradict each other say of that; nothing where the alignment is adrift, whose own errors they leave over.
-    pub(crate) fn between_views(&self) -> Option<BetweenViews> {
+    /// What views that contradict each other say of that, beyond what picture errors make of it; nothing where the alignment is adrift, whose own
+    /// errors they leave over.
+    pub(crate) fn between_views(&self, pictures: &PictureErrors) -> Option<BetweenViews> {
         if self.is_adrift() {
             return None;
         }
         let Stitched { left_by_views, motion, .. } = &self.stitched;
-        BetweenViews::of(left_by_views, motion, &self.stabilisation.rests_until_s)
+        let found = BetweenViews::of(left_by_views, motion, &self.stabilisation.rests_until_s);
+        found.filter(|found| found.is_beyond(pictures.size_m()))
     }
 
     fn by_geometry(

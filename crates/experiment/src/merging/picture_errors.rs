@@ -116,6 +116,15 @@ impl PictureErrors {
         self.is_found
     }
 
+    /// Root mean square of the errors of bodies that have moved, in metres; 0 where there are none.
+    pub(crate) fn size_m(&self) -> f64 {
+        let trials = self.groups.iter().flat_map(|group| &group.trials).filter(|_| self.is_found);
+        let (sum, n) = trials.flat_map(|trial| &trial.extra_m2).fold((0.0, 0_u32), |(sum, n), extra_m2| {
+            if *extra_m2 > 0.0 { (sum + extra_m2, n + 1) } else { (sum, n) }
+        });
+        if n > 0 { (sum / f64::from(n)).sqrt() } else { 0.0 }
+    }
+
     /// Whether they add more to the variance of a body's readings than noise does, in the mean of all.
     pub(crate) fn outweigh_noise(&self) -> bool {
         let all = mean_of(&self.groups.iter().map(|group| group.excess.value).collect::<Vec<_>>());
