@@ -9,6 +9,8 @@
 //! What delta is then off counts among the errors of the offsets, and what alpha is among those of the drives, though not of the
 //! motion.
 
+use std::ops::Range;
+
 use chainwave_measurement::Estimate;
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 
@@ -219,11 +221,19 @@ fn scaled_and_delayed(response: &BodyResponse) -> Vector2<f64> {
     Vector2::new(response.motion_m, response.velocity_m_per_s)
 }
 
+/// Scales that drives may be put right by.
+const SCALES: Range<f64> = 0.05..20.0;
+/// Standard uncertainty below which a scale outside of those is told, and not noise: offsets are then so far off along the drives that the onset reads the
+/// drives wrongly, and a delay that it reads leads nearer to them.
+const FAR_SIGMA: f64 = 0.5;
+
 /// The exchange of drives and offsets that makes the first body's onset proportional to the drive.
 #[derive(Debug, Clone)]
 pub(crate) struct Gauge {
     /// alpha.
     scale: f64,
+    /// Whether that was read; else drives stay as they are for now.
+    is_read: bool,
     /// beta.
     delay_s: f64,
     /// Variance of alpha.
@@ -247,9 +257,11 @@ impl Gauge {
     }
 
     fn from_onset(onset: Onset) -> Option<Self> {
-        let scale = onset.factors[0];
-        (0.05..20.0).contains(&scale).then(|| Self {
-            scale,
+        let Estimate { value: scale, sigma } = onset.scale();
+        let is_read = SCALES.contains(&scale);
+        (is_read || sigma < FAR_SIGMA).then(|| Self {
+            scale: if is_read { scale } else { 1.0 },
+            is_read,
             delay_s: onset.factors[1],
             scale_variance: onset.covariance[(0, 0)],
             delay_variance_s2: onset.covariance[(1, 1)],
@@ -273,6 +285,7 @@ impl Gauge {
         }
         Some(Self {
             scale: scale.value,
+            is_read: true,
             delay_s: factors[1] + slope_s * (scale.value - factors[0]),
             scale_variance: scale.sigma.powi(2),
             delay_variance_s2: rest_s2 + (slope_s * scale.sigma).powi(2),
@@ -283,7 +296,8 @@ impl Gauge {
     /// Whether what is left to exchange is a small part of its own error.
     pub(crate) fn is_settled(&self) -> bool {
         const SMALL: f64 = 0.02;
-        self.delay_s.abs() < SMALL * self.delay_variance_s2.sqrt() && (self.scale - 1.0).abs() < 0.1 * SMALL
+        let is_small = self.delay_s.abs() < SMALL * self.delay_variance_s2.sqrt();
+        self.is_read && is_small && (self.scale - 1.0).abs() < 0.1 * SMALL
     }
 
     /// Exchanges drives and offsets.
