@@ -40,7 +40,7 @@ use crate::setup::Setup;
 use crate::tracked::Tracked;
 
 /// To be raised whenever the same tracks would give other results; `results_of_the_small_experiment_are_those_of_the_evaluations_version` among the tests of the whole guards it.
-pub const EVALUATION_VERSION: u32 = 24;
+pub const EVALUATION_VERSION: u32 = 25;
 
 /// Everything that follows from the tracks.
 pub struct Evaluation {
@@ -105,15 +105,24 @@ pub fn evaluate(
     monitor.planned(Stage::Evaluating, N_STEPS);
     let step = || monitor.done(Stage::Evaluating, 1);
     let stated = StatedMotion::of(experiment, tracked.last_s(), n_threads)?;
-    let Merged { joint, of_camera, shared, side_motion, shortening, reading_errors, assumptions } =
-        merged(setup, tracked, &stated, n_threads)?;
+    let Merged {
+        joint,
+        of_camera,
+        shared,
+        side_motion,
+        shortening,
+        reading_errors,
+        usual_geometry,
+        assumptions,
+    } = merged(setup, tracked, &stated, n_threads)?;
     let Joint { setup: mapped, scale, geometry, observations, .. } = joint;
     let Joint { stabilisation, stitched, left_out, unjoined, .. } = joint;
     step();
     let known = &known(experiment, &mapped.map, &scale, shortening);
     let chain = &experiment.chain_model()?;
-    let reading_errors = reading_errors.as_slice();
-    let material = Material { experiment, stitched: &stitched, chain, known, reading_errors, n_threads };
+    let (reading_errors, usual_geometry) = (reading_errors.as_slice(), &usual_geometry);
+    let material =
+        Material { experiment, stitched: &stitched, chain, known, reading_errors, usual_geometry, n_threads };
     // Neither asks what the other finds.
     let read_off = || material.read_off(&shared, &step);
     let (read, fits) = both_in_parallel(n_threads, read_off, || material.fits(&observations, &step));

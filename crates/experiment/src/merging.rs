@@ -10,11 +10,12 @@ pub(crate) mod picture_geometry;
 pub(crate) mod shared_errors;
 pub(crate) mod side_motion;
 pub(crate) mod stabilisation;
+pub(crate) mod usual_geometry;
 
 use std::num::NonZero;
 
 use chainwave_measurement::SharedReadingError;
-use chainwave_stitching::{Assumption, FirstBody, Settings, merge};
+use chainwave_stitching::{Assumption, FirstBody, Settings, Stitched, merge};
 
 use crate::chain::stated_motion::StatedMotion;
 use crate::configuration::Experiment;
@@ -28,6 +29,7 @@ use crate::merging::joint::Joint;
 use crate::merging::picture_geometry::PictureGeometry;
 use crate::merging::shared_errors::SharedErrors;
 use crate::merging::side_motion::SideMotion;
+use crate::merging::usual_geometry::UsualGeometry;
 use crate::sanity::MOVING_LIGHT;
 use crate::setup::Setup;
 use crate::timing::unresolved::UnresolvedMotion;
@@ -45,6 +47,8 @@ pub(crate) struct Merged<'a> {
     pub(crate) shortening: f64,
     /// The errors that their readings share.
     pub(crate) reading_errors: Vec<SharedReadingError>,
+    /// What a camera that nothing calibrated leaves open, where nothing was told of it.
+    pub(crate) usual_geometry: UsualGeometry,
     /// What was taken to be so.
     pub(crate) assumptions: Vec<Assumption>,
 }
@@ -100,6 +104,15 @@ pub(crate) fn merged<'a>(
         inclination.add_to(motion);
     }
     joint.observations = joint.stabilisation.widened(joint.observations);
+    // Where pictures have errors of their own, these leave more open.
+    let usual_geometry = match joint.geometry.is_none() && !picture_errors.is_found() {
+        true => {
+            let Stitched { motion, alignments, .. } = &joint.stitched;
+            let merged = (motion, alignments.as_slice());
+            UsualGeometry::of(&experiment.camera, &joint.recordings, &joint.observations, merged)
+        }
+        false => UsualGeometry::default(),
+    };
     let light_moves = tracked.findings.iter().any(|finding| finding.code == MOVING_LIGHT);
     let of_camera = [
         against_the_chain(experiment, &joint.stitched.motion).into_iter().collect(),
@@ -120,7 +133,8 @@ pub(crate) fn merged<'a>(
         side_motion,
         shortening: inclination.as_ref().map_or(0.0, Inclination::shortening),
         reading_errors: [apart.errors, of_each_view, joint.geometry_errors.clone(), of_clocks].concat(),
-        assumptions: settings.assumptions(),
+        assumptions: settings.assumptions().into_iter().chain(usual_geometry.assumption()).collect(),
+        usual_geometry,
         joint,
     })
 }

@@ -323,12 +323,14 @@ fn rehearsed(rehearsal: &Rehearsal, n_threads: NonZero<usize>) -> Result<Precisi
     let (setup, tracked) = (&rehearsal.setup, rehearsal.tracked(n_threads)?);
     let experiment = &setup.experiment;
     let stated = StatedMotion::of(experiment, tracked.last_s(), n_threads)?;
-    let Merged { joint, shared, reading_errors, .. } = merged(setup, &tracked, &stated, n_threads)?;
+    let Merged { joint, shared, reading_errors, usual_geometry, .. } =
+        merged(setup, &tracked, &stated, n_threads)?;
     let Joint { setup: mapped, scale, stitched, observations, .. } = joint;
     let measurement = shared.measure(experiment, &stitched.motion, chosen_gaps(experiment), n_threads)?;
     let known = known(experiment, &mapped.map, &scale, 0.0);
     let model = track_model(experiment, experiment.chain_model()?, &known, n_threads);
-    let model = model.map(|model| TrackModel { reading_errors, ..model });
+    let model =
+        model.map(|model| TrackModel { reading_errors, usual_errors: usual_geometry.errors, ..model });
     let offsets_s: Vec<f64> = stitched.alignments.iter().map(|one| one.trigger_offset_s.value).collect();
     let dampings = both(model.and_then(|model| stated_damping(&observations, &offsets_s, &model)));
     Ok(precision(&stitched.motion, &measurement, dampings))

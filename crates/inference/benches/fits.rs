@@ -63,6 +63,7 @@ fn model() -> Result<TrackModel, MechanicsError> {
         striker_velocity_m_per_s: VELOCITY,
         known: Vec::new(),
         reading_errors: Vec::new(),
+        usual_errors: Vec::new(),
         n_threads: NonZero::<usize>::MIN,
     })
 }

@@ -21,6 +21,7 @@ fn main() -> Result<(), FitError> {
         striker_velocity_m_per_s: Estimate::new(2.73, 0.05),
         known: Vec::new(),
         reading_errors: Vec::new(),
+        usual_errors: Vec::new(),
         n_threads: std::thread::available_parallelism().unwrap_or(NonZero::<usize>::MIN),
     };
     let fit = fit_tracks(&observations, &[0.0; 3], &model, None)?;

@@ -63,6 +63,7 @@ pub fn p_values(
         striker_velocity_m_per_s: VELOCITY,
         known: Vec::new(),
         reading_errors: Vec::new(),
+        usual_errors: Vec::new(),
         n_threads: NonZero::<usize>::MIN,
     };
     let contact = if truth.softens { law.into() } else { LinearLaw { k_n_per_m: law.k_0_n_per_m() }.into() };

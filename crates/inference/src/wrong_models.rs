@@ -128,6 +128,7 @@ pub fn stated_model(n_threads: NonZero<usize>) -> Result<TrackModel, FitError> {
         striker_velocity_m_per_s: VELOCITY,
         known: Vec::new(),
         reading_errors: Vec::new(),
+        usual_errors: Vec::new(),
         n_threads,
     })
 }

@@ -336,6 +336,7 @@ pub(crate) fn fit(
             striker_velocity_m_per_s: velocity,
             known: Vec::new(),
             reading_errors: Vec::new(),
+            usual_errors: Vec::new(),
             n_threads: threads(n_threads),
         };
         let offsets_s: Vec<f64> = stitched.alignments.iter().map(|one| one.trigger_offset_s.value).collect();

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use chainwave_camera::{CameraError, OpenOptions, open, open_with};
-use chainwave_measurement::{Recording, Region};
+use chainwave_measurement::Region;
 
 use crate::common::has_warning;
 use crate::mraw::MrawFile;

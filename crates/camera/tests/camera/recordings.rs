@@ -4,7 +4,6 @@
 use std::path::Path;
 
 use chainwave_camera::{CameraError, OpenOptions, RawGeometry, open, open_raw, open_with};
-use chainwave_measurement::{Recording, Region};
 
 use crate::common::{as_counts, frame, has_warning};
 use crate::images::{gray_png, gray_tiff, npy_bytes};

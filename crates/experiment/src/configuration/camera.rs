@@ -30,6 +30,9 @@ pub struct Camera {
     /// Standard uncertainty of the stage's stated positions. With it, subsets are placed by the positions that bodies in two views
     /// give; without it, those are reported alone.
     pub stage_sigma_m: Option<NotNegative>,
+    /// How much a lens that was not calibrated, or a camera that is turned, may change the scale from the middle of a picture to its edge, relative to it, as
+    /// a standard deviation: 0.001 when left out, and 0 for none. Dampings contain it.
+    pub geometry_sigma: Option<NotNegative>,
     /// Frames per second of recordings that do not state them, such as folders of images.
     pub rate_hz: Option<Positive>,
     /// Time from the exposure of one line of a picture to that of the next, of a camera with a rolling shutter, by which times are corrected.
@@ -41,6 +44,16 @@ pub struct Camera {
     pub dark: Option<PathBuf>,
     /// Frames of an evenly lit field, likewise.
     pub flat: Option<PathBuf>,
+}
+
+/// What nothing is known of: two tenths of a pixel at the edge of a picture of 400, a turn by a few tenths of a degree.
+const USUAL_GEOMETRY: f64 = 1e-3;
+
+impl Camera {
+    /// Standard deviation of the scale at a picture's edge, relative to that in its middle, where no calibration tells it.
+    pub(crate) fn geometry_sigma(&self) -> f64 {
+        self.geometry_sigma.map_or(USUAL_GEOMETRY, NotNegative::get)
+    }
 }
 
 /// A known length in the picture.

@@ -21,6 +21,7 @@ use crate::fitting::first_impact::first_impact_s;
 use crate::geometry::scale::ScaleCheck;
 use crate::input::numbers::NotNegative;
 use crate::merging::shared_errors::SharedErrors;
+use crate::merging::usual_geometry::UsualGeometry;
 
 /// What the tracks say of simpler models.
 pub struct Departures {
@@ -62,6 +63,8 @@ pub(crate) struct Material<'a> {
     pub(crate) known: &'a [Known],
     /// Errors that the readings share.
     pub(crate) reading_errors: &'a [SharedReadingError],
+    /// What a camera that nothing calibrated leaves open.
+    pub(crate) usual_geometry: &'a UsualGeometry,
     pub(crate) n_threads: NonZero<usize>,
 }
 
@@ -113,7 +116,11 @@ impl Material<'_> {
         observations: &[Observation],
     ) -> Result<(TrackModel, Vec<Observation>, Vec<f64>), FitError> {
         let model = track_model(self.experiment, self.chain.clone(), self.known, self.n_threads)?;
-        let model = TrackModel { reading_errors: self.reading_errors.to_vec(), ..model };
+        let model = TrackModel {
+            reading_errors: self.reading_errors.to_vec(),
+            usual_errors: self.usual_geometry.errors.clone(),
+            ..model
+        };
         let alignments = &self.stitched.alignments;
         let impact_s = first_impact_s(&self.stitched.motion, self.chain)?;
         let impacts_s: Vec<f64> =
@@ -135,7 +142,7 @@ impl Material<'_> {
             drive_deviations: self.drive_deviations(),
             n_threads: self.n_threads,
         };
-        fit_imposed(&self.stitched.motion, &model)
+        fit_imposed(&self.usual_geometry.added_to(&self.stitched.motion), &model)
     }
 
     fn since_release(&self) -> Option<Result<ReleasedFit, FitError>> {
@@ -148,7 +155,7 @@ impl Material<'_> {
                 known: known_of_chain(self.known),
                 drive_deviations: self.drive_deviations(),
             };
-            fit_release(&self.stitched.motion, &model)
+            fit_release(&self.usual_geometry.added_to(&self.stitched.motion), &model)
         })
     }
 }
@@ -195,6 +202,7 @@ pub(crate) fn track_model(
         striker_velocity_m_per_s: Estimate::new(velocity, scatter),
         known: known.to_vec(),
         reading_errors: Vec::new(),
+        usual_errors: Vec::new(),
         n_threads,
     })
 }

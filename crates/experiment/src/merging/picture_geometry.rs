@@ -69,6 +69,18 @@ impl PictureGeometry {
         shapes.iter().map(asked).collect()
     }
 
+    /// What shapes of this amplitude do to readings by plain maps; nothing where pictures were calibrated.
+    pub(crate) fn open_errors(
+        amplitude: f64,
+        recordings: &[TrackedRecording],
+        kept: &[Observation],
+    ) -> Vec<SharedReadingError> {
+        let mut errors = Self::PLAIN.asked(recordings, kept);
+        let of_tracks = errors.iter_mut().flat_map(|error| &mut error.of_tracks);
+        of_tracks.flat_map(|track| &mut track.error_m).for_each(|error_m| *error_m *= amplitude / ASKED);
+        errors
+    }
+
     /// What readings by this geometry are off by where pictures are to be mapped otherwise, given plain maps.
     fn error_by(
         &self,

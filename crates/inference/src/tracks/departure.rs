@@ -295,6 +295,7 @@ mod tests {
             striker_velocity_m_per_s: velocity,
             known: Vec::new(),
             reading_errors: Vec::new(),
+            usual_errors: Vec::new(),
             n_threads: NonZero::<usize>::MIN,
         };
         let problem = TrackResiduals::new(&observations, &model, &[]).unwrap();

@@ -16,8 +16,10 @@ pub struct TrackModel {
     pub striker_velocity_m_per_s: Estimate,
     /// Quantities that are known only within an uncertainty; the others count as exact.
     pub known: Vec<Known>,
-    /// Errors that readings have in common, beside the noise in their sigmas.
+    /// Errors that readings were found to have in common, beside the noise in their sigmas.
     pub reading_errors: Vec<SharedReadingError>,
+    /// Errors in common that nothing showed and nothing excludes, such as those of a lens, as large as they usually are.
+    pub usual_errors: Vec<SharedReadingError>,
     /// Threads that carry the simulations; the result does not depend on their number.
     pub n_threads: NonZero<usize>,
 }

@@ -113,7 +113,7 @@ impl<'a> TrackResiduals<'a> {
         }));
         let strikers = ((1.0 - WIDEST_DRIVE) * mean, (1.0 + WIDEST_DRIVE) * mean);
         let bounds = Bounds { shared, own: [strikers, (f64::NEG_INFINITY, f64::INFINITY)] };
-        let errors = SharedErrors::of(observations, &model.reading_errors);
+        let errors = SharedErrors::of(observations, model.reading_errors.iter().chain(&model.usual_errors));
         let (n_simulations, last) = (AtomicU64::new(0), Mutex::new(None));
         Ok(Self {
             observations,

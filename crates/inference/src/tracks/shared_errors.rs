@@ -21,9 +21,12 @@ struct OfRecording<'a> {
 
 impl<'a> SharedErrors<'a> {
     /// Of those recordings and tracks that are there.
-    pub(super) fn of(observations: &[Observation], errors: &'a [SharedReadingError]) -> Self {
+    pub(super) fn of(
+        observations: &[Observation],
+        errors: impl Iterator<Item = &'a SharedReadingError>,
+    ) -> Self {
         let found: Vec<Vec<(usize, usize, &[f64])>> =
-            errors.iter().map(|error| places(observations, error)).collect();
+            errors.map(|error| places(observations, error)).collect();
         let groups = groups(observations.len(), found.iter().filter(|places| !places.is_empty()));
         let of_observation = |observation: &Observation| OfRecording {
             tie: None,
@@ -135,7 +138,7 @@ mod tests {
             // Not filmed, not seen, not felt.
             error(&[("f", 4, 1.0), ("a", 6, 1.0), ("e", 4, 0.0)]),
         ];
-        let shared = SharedErrors::of(&observations, &errors);
+        let shared = SharedErrors::of(&observations, errors.iter());
         assert_eq!(shared.ties, vec![(vec![1, 2, 3], 3)]);
         let which = |r: usize, track: usize| -> Vec<(usize, f64)> {
             let of_recording = shared.of_recording(r);

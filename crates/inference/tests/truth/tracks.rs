@@ -27,6 +27,7 @@ fn model(known: Vec<Known>) -> TrackModel {
         striker_velocity_m_per_s: VELOCITY,
         known,
         reading_errors: Vec::new(),
+        usual_errors: Vec::new(),
         n_threads: NonZero::<usize>::MIN,
     }
 }

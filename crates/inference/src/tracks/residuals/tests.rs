@@ -36,7 +36,14 @@ fn uniform(n_bodies: usize) -> Chain {
 /// A model on one thread, of readings that share no error.
 fn unshared(chain: Chain, striker_velocity_m_per_s: Estimate, known: Vec<Known>) -> TrackModel {
     let n_threads = std::num::NonZero::<usize>::MIN;
-    TrackModel { chain, striker_velocity_m_per_s, known, reading_errors: Vec::new(), n_threads }
+    TrackModel {
+        chain,
+        striker_velocity_m_per_s,
+        known,
+        reading_errors: Vec::new(),
+        usual_errors: Vec::new(),
+        n_threads,
+    }
 }
 
 #[test]

@@ -1,0 +1,96 @@
+//! What a camera that nothing calibrated leaves open: a lens that distorts a little, a turn by tenths of a degree.
+//!
+//! Views that agree exclude what moves a body by more than noise, but far less than that moves a damping: a scale that grows along the picture makes
+//! amplitudes grow or fall along the chain, as damping does. So fits of dampings contain it where no geometry was told, though the motion does not.
+
+use std::borrow::Cow;
+
+use chainwave_measurement::{ChainMotion, Observation, SharedReadingError};
+use chainwave_stitching::{Alignment, Assumption};
+use ndarray::Array2;
+
+use super::picture_geometry::PictureGeometry;
+use crate::configuration::Camera;
+use crate::tracked::TrackedRecording;
+
+/// Errors of a usual geometry, each of one standard deviation.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct UsualGeometry {
+    /// Of the readings.
+    pub(crate) errors: Vec<SharedReadingError>,
+    /// Of the motion that was merged of them, in metres, shape `[body, time]`.
+    errors_m: Vec<Array2<f64>>,
+    /// Standard deviation of the scale at a picture's edge, relative to that in its middle.
+    sigma: f64,
+}
+
+impl UsualGeometry {
+    /// Of recordings by plain maps, which gave a motion by these alignments; nothing where pictures were calibrated.
+    pub(crate) fn of(
+        camera: &Camera,
+        recordings: &[TrackedRecording],
+        kept: &[Observation],
+        (motion, alignments): (&ChainMotion, &[Alignment]),
+    ) -> Self {
+        let sigma = camera.geometry_sigma();
+        if sigma == 0.0 {
+            return Self::default();
+        }
+        let errors = PictureGeometry::open_errors(sigma, recordings, kept);
+        let errors_m = errors.iter().map(|error| of_motion(error, kept, motion, alignments)).collect();
+        Self { errors, errors_m, sigma }
+    }
+
+    /// A motion with these errors among its own.
+    pub(crate) fn added_to<'a>(&self, motion: &'a ChainMotion) -> Cow<'a, ChainMotion> {
+        let mut motion = Cow::Borrowed(motion);
+        for (error, error_m) in self.errors.iter().zip(&self.errors_m) {
+            motion.to_mut().add_error(error.source.clone(), error_m);
+        }
+        motion
+    }
+
+    /// What is taken to be so, where anything is.
+    pub(crate) fn assumption(&self) -> Option<Assumption> {
+        (!self.errors.is_empty()).then(|| Assumption {
+            of: "assumed: lens and turn of a camera that was not calibrated",
+            value: self.sigma,
+            in_words: format!(
+                "{} of the scale at a picture's edge, relative to its middle (standard deviation)",
+                self.sigma
+            ),
+            decides: "the uncertainty of dampings, which amplitudes along the chain tell",
+            reason: "camera.geometry_sigma, or a usual lens and a camera that is set up by eye",
+        })
+    }
+}
+
+/// An error of readings as one of the motion: the mean over the recordings that show a body at a time.
+fn of_motion(
+    error: &SharedReadingError,
+    observations: &[Observation],
+    motion: &ChainMotion,
+    alignments: &[Alignment],
+) -> Array2<f64> {
+    let mut sum_m = Array2::zeros(motion.displacement_m.dim());
+    let mut n = Array2::<f64>::zeros(motion.displacement_m.dim());
+    for of_track in &error.of_tracks {
+        let own = |one: &&Alignment| one.recording == of_track.recording;
+        let (Some(observation), Some(alignment)) = (
+            observations.iter().find(|one| one.recording == of_track.recording),
+            alignments.iter().find(own),
+        ) else {
+            continue;
+        };
+        let times_s: Vec<f64> =
+            observation.times_s.iter().map(|time_s| time_s - alignment.trigger_offset_s.value).collect();
+        for (column, error_m) in motion.columns_at(&times_s).into_iter().zip(&of_track.error_m) {
+            if let Some(column) = column {
+                sum_m[(of_track.body - 1, column)] += error_m;
+                n[(of_track.body - 1, column)] += 1.0;
+            }
+        }
+    }
+    sum_m.zip_mut_with(&n, |sum_m, n| *sum_m = if *n > 0.0 { *sum_m / n } else { 0.0 });
+    sum_m
+}
