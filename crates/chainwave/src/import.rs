@@ -8,6 +8,7 @@ mod layout;
 mod mapping;
 mod numbers;
 mod program;
+mod remarks;
 mod tracks;
 
 use std::collections::BTreeSet;
@@ -23,6 +24,7 @@ use self::layout::Layout;
 use self::mapping::{Displacement, Mapping, Zero};
 use self::numbers::Numbers;
 use self::program::Program;
+use self::remarks::remarks;
 use self::tracks::{Spot, Track};
 use crate::cli;
 use crate::error::Error;
@@ -60,6 +62,7 @@ pub(crate) fn import(arguments: &cli::Import) -> Result<Outcome, Error> {
     let mut stitched = merge(&observations, &settings)?;
     stitched.warnings.extend(of_rest);
     let measurement = measured(&mapping, &stitched)?;
+    stitched.warnings.extend(remarks(&observations, rest_until_s, &measurement));
     make_folder(&arguments.out)?;
     write_measurement(&arguments.out, &stitched, None, &measurement)?;
     draw_motion(&arguments.out, &mapping.name, &stitched.motion, &measurement)?;

@@ -205,6 +205,7 @@ fn finish(
         p_value_as_stated: fit.p_value_as_stated,
         structure: fit.structure.clone(),
         model: fit.model.clone(),
+        usual_amplitudes: problem.usual_amplitudes(equations),
         striker_velocity_m_per_s: of_mean(0),
         impact_time_s: of_mean(1),
         recordings: at.own.iter().enumerate().map(recording).collect(),

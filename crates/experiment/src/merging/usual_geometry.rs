@@ -11,6 +11,7 @@ use ndarray::Array2;
 
 use super::picture_geometry::PictureGeometry;
 use crate::configuration::Camera;
+use crate::finding::Finding;
 use crate::tracked::TrackedRecording;
 
 /// Errors of a usual geometry, each of one standard deviation.
@@ -50,6 +51,25 @@ impl UsualGeometry {
         motion
     }
 
+    /// What the reader should know where the chain model tells such a shape, of these amplitudes, that views do not.
+    pub(crate) fn finding(&self, amplitudes: &[f64]) -> Option<Finding> {
+        let told = SHAPES.iter().zip(amplitudes).filter(|(_, amplitude)| amplitude.abs() > TOLD);
+        let said: Vec<String> = told
+            .map(|(shape, amplitude)| {
+                format!("{shape}, by {:.2} % at the edges", 100.0 * self.sigma * amplitude.abs())
+            })
+            .collect();
+        (!said.is_empty()).then(|| Finding {
+            code: "geometry_by_model",
+            subject: "the pictures' geometry".into(),
+            text: format!(
+                "by the chain model the readings are off as {}. The dampings contain it; x_n(t), strains and energies do not, and are off by as much of \
+                 themselves at the edges of pictures (hint: `chainwave calibrate` with pictures of a board tells it)",
+                said.join(", and as ")
+            ),
+        })
+    }
+
     /// What is taken to be so, where anything is.
     pub(crate) fn assumption(&self) -> Option<Assumption> {
         (!self.errors.is_empty()).then(|| Assumption {
@@ -64,6 +84,15 @@ impl UsualGeometry {
         })
     }
 }
+
+/// Amplitude, in standard deviations of what is usual, beyond which a fit tells a shape: one that hardly tells it leaves it near zero, and where the readings
+/// tell as much as the prior it lies beyond once in eighty by chance, else more seldom.
+const TOLD: f64 = 1.25;
+/// The shapes, in the order of the errors.
+const SHAPES: [&str; 2] = [
+    "a camera that is turned about the vertical would do (a scale that grows from one edge of a picture to the other)",
+    "a lens that distorts would do (a scale at both edges other than in the middle)",
+];
 
 /// An error of readings as one of the motion: the mean over the recordings that show a body at a time.
 fn of_motion(

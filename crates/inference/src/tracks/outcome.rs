@@ -44,6 +44,8 @@ pub struct TrackFit {
     pub structure: Structure,
     /// The model with that.
     pub model: TrackModel,
+    /// How large its usual errors are, in their standard deviations and order.
+    pub usual_amplitudes: Vec<f64>,
     /// Mean striker velocity of the recordings, in metres per second.
     pub striker_velocity_m_per_s: Estimate,
     /// Mean stamp of the impact, in seconds after the trigger.

@@ -129,6 +129,15 @@ impl<'a> TrackResiduals<'a> {
         })
     }
 
+    /// How large the model's usual errors are at a minimum, in their standard deviations.
+    pub(super) fn usual_amplitudes(&self, equations: &NormalEquations) -> Vec<f64> {
+        let amplitudes = equations.amplitudes();
+        let usual = &self.errors.of_errors[self.model.reading_errors.len()..];
+        let of_error =
+            |place: &Option<(usize, usize)>| place.map_or(0.0, |(tie, error)| amplitudes[tie][error]);
+        usual.iter().map(of_error).collect()
+    }
+
     /// Number of shared unknowns.
     pub(super) fn n_shared(&self) -> usize {
         self.steps.len()

@@ -7,6 +7,8 @@ use chainwave_measurement::{Observation, SharedReadingError};
 pub(super) struct SharedErrors<'a> {
     /// Recordings that share errors, by their numbers, and how many errors these are.
     pub(super) ties: Vec<(Vec<usize>, usize)>,
+    /// Where each error stands among its tie's, if any track has it: the tie, and the error's number there.
+    pub(super) of_errors: Vec<Option<(usize, usize)>>,
     of_recordings: Vec<OfRecording<'a>>,
 }
 
@@ -35,16 +37,19 @@ impl<'a> SharedErrors<'a> {
         };
         let mut of_recordings: Vec<OfRecording<'_>> = observations.iter().map(of_observation).collect();
         let mut ties = Vec::new();
+        let mut of_errors = vec![None; found.len()];
         for group in groups {
             let mut n = 0;
-            for places in found.iter().filter(|places| places.iter().any(|(r, ..)| group.contains(r))) {
+            let is_own = |places: &[(usize, usize, &[f64])]| places.iter().any(|(r, ..)| group.contains(r));
+            for (error, places) in found.iter().enumerate().filter(|(_, places)| is_own(places)) {
                 places.iter().for_each(|(r, track, error_m)| of_recordings[*r].add(n, *track, error_m));
+                of_errors[error] = Some((ties.len(), n));
                 n += 1;
             }
             group.iter().for_each(|r| of_recordings[*r].tie = Some(ties.len()));
             ties.push((group, n));
         }
-        Self { ties, of_recordings }
+        Self { ties, of_errors, of_recordings }
     }
 
     /// Which of its tie's errors a recording has, in order.
