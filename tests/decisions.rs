@@ -12,7 +12,7 @@ mod slow {
     const TRIGGERS: &str = "what trigger offsets and drives are taken from";
 
     /// Every number that is taken to be so, of whatever chain, where the recordings do not tell it.
-    const ASSUMED: [(&str, &str); 14] = [
+    const ASSUMED: [(&str, &str); 15] = [
         ("assumed: how far drives differ from trial to trial", "5 %"),
         ("assumed: how far a response departs from scaling with the drive", "100 %"),
         ("assumed: how far a response curves with the drive", "50 %"),
@@ -22,6 +22,10 @@ mod slow {
         ("assumed: how long body 1 moves in proportion to the drive", "until it has gone 10 %"),
         ("assumed: how far the onset departs from proportion, as a delay", "by the stated chain "),
         ("assumed: how far the onset departs from proportion, as a scale", "by the stated chain to "),
+        (
+            "assumed: lens and turn of a camera that was not calibrated",
+            "0.001 of the scale at a picture's edge",
+        ),
         ("assumed: damping where fits begin", "0.06 % of critical damping of a body for c_d, 6 % for c_s"),
         ("assumed: how well positions of the stage are known", "to 0.02 mm"),
         ("assumed: how far masses may scatter, where the tracks ask for it", "by 5 %"),

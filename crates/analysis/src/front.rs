@@ -3,7 +3,8 @@
 use chainwave_measurement::{Estimate, median};
 
 use crate::check::{check_fraction, check_positive};
-use crate::local::{LocalPolynomial, MIN_HALF_WINDOW, interpolate, smooth};
+use crate::holes::{is_behind_a_hidden_one, is_beside_a_hole};
+use crate::local::{LocalPolynomial, MIN_HALF_WINDOW, interpolate, level, smooth};
 use crate::{AnalysisError, Missing, StrainMap};
 
 /// Share of the record's greatest compression that a leading pulse reaches at least, and of the pulse in the gap before if it comes earlier.
@@ -299,11 +300,6 @@ fn half_window_of(rise: usize) -> usize {
     ((rise as f64 * SMOOTHING_OF_RISE).round() as usize).max(MIN_HALF_WINDOW)
 }
 
-/// A sample for comparisons, where a missing one is lower than all others.
-pub(crate) fn level(series: &[Option<f64>], at: usize) -> f64 {
-    series[at].unwrap_or(f64::NEG_INFINITY)
-}
-
 /// A maximum between samples.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Peak {
@@ -340,31 +336,6 @@ pub(crate) fn refine_peak(
     // Where ripples ride on a broad pulse, a part of it may be greatest at its end.
     let (place, value) = maximum(farthest).or_else(|_| maximum(usize::MAX))?;
     Ok(Peak { place, value })
-}
-
-/// Whether a hole begins on either side of a summit before the series has fallen by so much: then the highest sample may be the hole's edge, and the peak lie
-/// within. A fall that is seen behind the hole alone does not tell. Where nothing is seen any more, up to the record's end, it is the end that counts.
-fn is_beside_a_hole(smoothed: &[Option<f64>], summit: usize, fall: f64) -> bool {
-    let lowest = level(smoothed, summit) - fall;
-    let is_cut = |side: &[usize]| {
-        let has_fallen = |at: &usize| smoothed[*at].is_some_and(|value| value <= lowest);
-        let is_seen_behind = |hole: usize| side[hole..].iter().any(|at| smoothed[*at].is_some());
-        let hole = side.iter().take_while(|at| !has_fallen(at)).position(|at| smoothed[*at].is_none());
-        hole.is_some_and(is_seen_behind)
-    };
-    let before: Vec<usize> = (0..summit).rev().collect();
-    let behind: Vec<usize> = (summit + 1..smoothed.len()).collect();
-    is_cut(&before) || is_cut(&behind)
-}
-
-/// Whether a hole before a summit hides an earlier peak: what is seen behind it comes down by so much before it rises to the summit, or opens the gap,
-/// which no gap does that a wave has not passed.
-fn is_behind_a_hidden_one(smoothed: &[Option<f64>], summit: usize, fall: f64) -> bool {
-    let hides = |hole: usize| {
-        let lowest = smoothed[hole + 1..summit].iter().flatten().copied().fold(f64::INFINITY, f64::min);
-        level(smoothed, hole + 1) - lowest > fall || lowest < -fall
-    };
-    (0..summit).any(|at| smoothed[at].is_none() && smoothed[at + 1].is_some() && hides(at))
 }
 
 /// The last of the samples on one side of a summit that exceed a threshold and belong to its hump. Another one begins behind a fall and a

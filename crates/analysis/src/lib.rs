@@ -51,6 +51,7 @@ mod error;
 pub mod false_choices;
 mod front;
 mod half_width;
+mod holes;
 mod line_test;
 mod local;
 mod measure;

@@ -206,6 +206,11 @@ impl LocalPolynomial {
     }
 }
 
+/// A sample for comparisons, where a missing one is lower than all others.
+pub(crate) fn level(series: &[Option<f64>], at: usize) -> f64 {
+    series[at].unwrap_or(f64::NEG_INFINITY)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -12,6 +12,7 @@ mod import;
 mod init;
 mod inspect;
 mod plan;
+mod positive;
 mod prove;
 mod reading;
 mod review;

@@ -15,7 +15,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use chainwave_analysis::{FrontSettings, MeasureSettings, Measurement, measure};
-use chainwave_experiment::first_to_leave_rest;
+use chainwave_experiment::{add_unresolved_motion, first_to_leave_rest};
 use chainwave_measurement::{BodyTrack, Observation};
 use chainwave_stitching::{Settings, Stitched, merge, outliers};
 use serde_json::json;
@@ -61,6 +61,7 @@ pub(crate) fn import(arguments: &cli::Import) -> Result<Outcome, Error> {
     let of_rest = observations.iter().filter_map(|one| motion_at_rest(one, rest_until_s));
     let mut stitched = merge(&observations, &settings)?;
     stitched.warnings.extend(of_rest);
+    stitched.warnings.extend(add_unresolved_motion(&mut stitched.motion, &observations, rest_until_s));
     let measurement = measured(&mapping, &stitched)?;
     stitched.warnings.extend(remarks(&observations, rest_until_s, &measurement));
     make_folder(&arguments.out)?;

@@ -7,6 +7,7 @@ use chainwave_measurement::RecordingInfo;
 
 use crate::error::Error;
 use crate::on_demand;
+use crate::output::found_in_place_of;
 
 /// Recordings with what they say of themselves, and why others cannot be opened.
 pub(crate) type Listed = (Vec<(PathBuf, RecordingInfo)>, Vec<CameraError>);
@@ -32,6 +33,13 @@ const PICTURES: [&str; 5] = ["png", "jpg", "jpeg", "bmp", "pgm"];
 
 /// What lies in the folder by name, numbers in their natural order, without pictures that lie there alone.
 pub(crate) fn entries_of(folder: &Path) -> Result<Vec<PathBuf>, Error> {
+    if !folder.is_dir() {
+        return Err(Error::Argument(format!(
+            "{}: expected a folder of recordings, found {}",
+            folder.display(),
+            found_in_place_of(folder, "one")
+        )));
+    }
     let entries = std::fs::read_dir(folder).map_err(Error::file(folder, "list"))?;
     let mut paths = Vec::new();
     for entry in entries {

@@ -37,11 +37,12 @@ impl Kind {
         let kind = known.iter().find(|(ending, _)| *ending == found).map(|(_, kind)| *kind);
         kind.ok_or_else(|| {
             let endings: Vec<String> = known.iter().map(|(ending, _)| format!(".{ending}")).collect();
-            let found = path.file_name().unwrap_or_default().to_string_lossy();
+            let name = path.file_name().unwrap_or_default().to_string_lossy();
+            let found = if path.is_dir() { format!("the folder {name:?}") } else { format!("{name:?}") };
             let (last, others) =
                 endings.split_last().map_or(("", &[][..]), |(last, others)| (last.as_str(), others));
             Error::Argument(format!(
-                "{}: expected a table that ends in {} or {last}, found {found:?}",
+                "{}: expected a table that ends in {} or {last}, found {found}",
                 path.display(),
                 others.join(", ")
             ))

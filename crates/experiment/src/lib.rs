@@ -112,7 +112,7 @@ pub use tables::tracks::{TRACK_COLUMNS, TrackRows};
 pub use tables::wave::{
     dispersion_table, energy_table, front_table, half_width_table, spectrum_table, strain_table,
 };
-pub use timing::unresolved::unresolved_motion;
+pub use timing::unresolved::add_unresolved_motion;
 pub use tracked::{Origin, Tracked, TrackedRecording};
 pub use tracking::follow::{EdgeNote, Followed, FollowedSubset, edges_beside, follow, threads_of_each};
 pub use tracking::key::TrackKey;

@@ -104,8 +104,7 @@ pub(crate) fn merged<'a>(
         inclination.add_to(motion);
     }
     joint.observations = joint.stabilisation.widened(joint.observations);
-    // Where pictures have errors of their own, these leave more open.
-    let usual_geometry = match joint.geometry.is_none() && !picture_errors.is_found() {
+    let usual_geometry = match joint.geometry.is_none() {
         true => {
             let Stitched { motion, alignments, .. } = &joint.stitched;
             let merged = (motion, alignments.as_slice());

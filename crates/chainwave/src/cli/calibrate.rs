@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
+use super::positive::positive;
+
 /// Arguments of `calibrate`.
 #[derive(Debug, Args)]
 pub(crate) struct Calibrate {
@@ -20,13 +22,13 @@ pub(crate) struct Calibrate {
     #[arg(long, value_name = "N")]
     pub(crate) rows: usize,
     /// Side of a square, in metres.
-    #[arg(long, value_name = "M")]
+    #[arg(long, value_name = "M", allow_negative_numbers = true, value_parser = positive)]
     pub(crate) square_m: f64,
     /// Standard uncertainty of that side; it is common to all squares.
     #[arg(long, value_name = "M", default_value_t = 0.0)]
     pub(crate) square_sigma_m: f64,
     /// Side of a marker, in metres.
-    #[arg(long, value_name = "M", required_if_eq("board", "charuco"))]
+    #[arg(long, value_name = "M", required_if_eq("board", "charuco"), allow_negative_numbers = true, value_parser = positive)]
     pub(crate) marker_m: Option<f64>,
     /// ArUco dictionary of the markers, by its OpenCV name.
     #[arg(long, value_name = "NAME", default_value = "4X4_50")]

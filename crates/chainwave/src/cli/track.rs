@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::positive::positive;
 use super::reading::Reading;
 use super::sensor::Sensor;
 
@@ -28,7 +29,7 @@ pub(crate) struct Track {
     #[arg(long, default_value_t = 0)]
     pub(crate) reference: usize,
     /// Frames per second of recordings that do not state their frame rate, such as folders of images.
-    #[arg(long, value_name = "HZ")]
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true, value_parser = positive)]
     pub(crate) rate_hz: Option<f64>,
     #[command(flatten)]
     pub(crate) reading: Reading,
@@ -48,7 +49,7 @@ pub(crate) struct Matching {
     #[arg(long, value_name = "NAME")]
     pub(crate) method: Option<String>,
     /// Fastest method with an error of at most PX, tested on these subsets shifted by known amounts.
-    #[arg(long, value_name = "PX", conflicts_with_all = ["method", "interpolation"])]
+    #[arg(long, value_name = "PX", conflicts_with_all = ["method", "interpolation"], allow_negative_numbers = true, value_parser = positive)]
     pub(crate) accuracy: Option<f64>,
     /// Shape function: translation, rigid, affine or quadratic, or auto: the simplest that the matches do not reject.
     #[arg(long, value_name = "NAME", conflicts_with = "method")]

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::positive::positive;
 use super::reading::Reading;
 
 /// Arguments of `view`.
@@ -28,7 +29,7 @@ pub(crate) struct View {
     #[arg(long, value_name = "FILE")]
     pub(crate) corrections: Option<PathBuf>,
     /// Frames per second of recordings that do not state their frame rate, such as folders of images.
-    #[arg(long, value_name = "HZ")]
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true, value_parser = positive)]
     pub(crate) rate_hz: Option<f64>,
     #[command(flatten)]
     pub(crate) reading: Reading,

@@ -1,7 +1,6 @@
-//! What imported trials contradict of what is stated of them, or of what they are taken for: errors at rest, units, the frame rate.
+//! What imported trials contradict of what is stated of them: errors at rest, units.
 
 use chainwave_analysis::Measurement;
-use chainwave_experiment::unresolved_motion;
 use chainwave_measurement::Observation;
 
 /// Standard deviations by which an error at rest is told to be another than stated.
@@ -20,7 +19,7 @@ pub(super) fn remarks(
 ) -> Vec<String> {
     let at_rest = AtRest::of(observations, rest_until_s);
     let of_rest = at_rest.iter().flat_map(AtRest::remarks);
-    of_rest.chain(unresolved_motion(observations, rest_until_s)).chain(beyond_all(measurement)).collect()
+    of_rest.chain(beyond_all(measurement)).collect()
 }
 
 /// How samples scatter at rest, in their stated sigmas.

@@ -98,6 +98,16 @@ impl Material<'_> {
             Ok((model, reached, impacts_s)) => {
                 let elsewhere = imposed_fit.as_ref().ok().map(|fit| fit.chain_damping_kg_per_s.value);
                 let fit = fit_tracks(&reached, &impacts_s, &model, elsewhere);
+                let usual_errors = self.usual_geometry.errors.clone();
+                let open = TrackModel { usual_errors, ..model };
+                let of_open = |_: &TrackFit| fit_tracks(&reached, &impacts_s, &open, elsewhere).ok();
+                let is_open = |fit: &&TrackFit| !open.usual_errors.is_empty() && may_be_geometry(fit);
+                let other = fit.as_ref().ok().filter(is_open).and_then(of_open);
+                let fit = match other {
+                    Some(other) if other.leaves_noise_alone() => Ok(other),
+                    Some(other) if !fit.as_ref().is_ok_and(TrackFit::leaves_noise_alone) => Ok(other),
+                    _ => fit,
+                };
                 (reached, fit)
             }
             Err(why) => (observations.to_vec(), Err(why)),
@@ -116,11 +126,7 @@ impl Material<'_> {
         observations: &[Observation],
     ) -> Result<(TrackModel, Vec<Observation>, Vec<f64>), FitError> {
         let model = track_model(self.experiment, self.chain.clone(), self.known, self.n_threads)?;
-        let model = TrackModel {
-            reading_errors: self.reading_errors.to_vec(),
-            usual_errors: self.usual_geometry.errors.clone(),
-            ..model
-        };
+        let model = TrackModel { reading_errors: self.reading_errors.to_vec(), ..model };
         let alignments = &self.stitched.alignments;
         let impact_s = first_impact_s(&self.stitched.motion, self.chain)?;
         let impacts_s: Vec<f64> =
@@ -158,6 +164,14 @@ impl Material<'_> {
             fit_release(&self.usual_geometry.added_to(&self.stitched.motion), &model)
         })
     }
+}
+
+/// What the stated model may leave over, in deviations of the noise, where a camera's usual geometry may be behind it: that moves a body by some thousandths of
+/// its way, and noise is some ten-thousandths. What is larger has another cause, and a fit with so much left open goes astray.
+const LARGEST_BY_GEOMETRY: f64 = 5.0;
+
+fn may_be_geometry(fit: &TrackFit) -> bool {
+    fit.as_stated.size < LARGEST_BY_GEOMETRY
 }
 
 /// Refuses to fit a model that nobody asks for.

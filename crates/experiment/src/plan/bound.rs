@@ -188,6 +188,7 @@ mod tests {
 
     use super::*;
     use crate::film::film_experiment;
+    use crate::input::numbers::NotNegative;
     use crate::monitor::Monitor;
     use crate::tracking::store::MemoryStore;
 
@@ -204,6 +205,8 @@ mod tests {
         for shape in ["translation", "rigid", "affine"] {
             let mut after = Setup::read(path, Some(folder.path())).unwrap();
             after.experiment.tracking.shape = shape.parse().unwrap();
+            // The bound is that of a camera that is known to be square.
+            after.experiment.camera.geometry_sigma = Some(NotNegative::default());
             let results = after.run(&MemoryStore::default(), TWO, &Monitor::SILENT).unwrap();
             let by_noise = results.evaluation.track_fit.as_ref().unwrap().by_noise;
             for (name, found, least) in [

@@ -125,7 +125,7 @@ fn no_rest(setup: &Setup, path: &Path, info: &RecordingInfo) -> Error {
     Error::Configuration {
         path: setup.path.clone(),
         message: format!(
-            "tracking.rest_until_s: expected frames of {} before {} s, found its first at {first_s} s \
+            "tracking.rest_until_s: expected frames of {} before {} s, found its first at {first_s:.6} s \
              (hint: a later rest_until_s, or recordings with more pre-trigger frames)",
             path.display(),
             setup.experiment.tracking.rest_until_s,

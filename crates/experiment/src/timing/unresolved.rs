@@ -53,9 +53,16 @@ const CELL: f64 = 16.0;
 /// times and 94 to 96 % of the stated intervals of x_n hold without this, at 12.5 kHz 2.6 times, and 75 % do.
 const LEAST_RATIO: f64 = 2.3;
 
-/// What is to be said where bodies that rest until `rest_until_s` move faster than frames follow; nothing else.
-pub fn unresolved_motion(observations: &[Observation], rest_until_s: f64) -> Option<String> {
-    UnresolvedMotion::of(observations, rest_until_s).warning()
+/// Adds to the errors of a motion what is faster than the frames of the recordings that it was merged of, whose bodies rest until `rest_until_s`; says so where
+/// there is any.
+pub fn add_unresolved_motion(
+    motion: &mut ChainMotion,
+    observations: &[Observation],
+    rest_until_s: f64,
+) -> Option<String> {
+    let unresolved = UnresolvedMotion::of(observations, rest_until_s);
+    unresolved.add_to(motion);
+    unresolved.warning()
 }
 
 impl UnresolvedMotion {

@@ -169,6 +169,58 @@ fn errors_that_trials_share_are_found_along_and_stand_in_the_sigmas() {
     assert!(of_triggers[0] > 4.0, "{of_triggers:?}");
 }
 
+/// Trials of a view that a camera saw which is turned about the vertical: displacements are too large by so much at its right edge, and too small by
+/// as much at its left one. And what a turn of one standard deviation makes of them.
+fn turned(seed: u64, share: f64, sigma: f64) -> (Experiment, SharedReadingError) {
+    let mut made = experiment(seed, 1.0);
+    made.observations.retain(|one| one.view == 0);
+    let mut of_tracks = Vec::new();
+    for one in &mut made.observations {
+        for track in &mut one.bodies {
+            let (rest_m, from_middle) = (0.03 * track.body as f64, (track.body as f64 - 4.0) / 3.5);
+            let error_m = |of: f64, x: &Estimate| of * from_middle * (x.value - rest_m);
+            let by_sigma = track.position_m.iter().map(|x| x.map_or(0.0, |x| error_m(sigma, &x))).collect();
+            let (recording, body) = (one.recording.clone(), track.body);
+            of_tracks.push(TrackDeviation { recording, body, error_m: by_sigma });
+            track.position_m.iter_mut().flatten().for_each(|x| x.value += error_m(share, x));
+        }
+    }
+    (made, SharedReadingError { source: "a turn".into(), of_tracks })
+}
+
+/// One view tells no turn by itself, which makes amplitudes grow along the chain, as damping makes them fall.
+#[test]
+fn what_nothing_excludes_of_a_camera_is_no_damping() {
+    for (seed, share) in (1..=6).zip([5e-4, -5e-4, 1e-3, -1e-3, 2e-3, 0.0]) {
+        let (experiment, turn) = turned(seed, share, 1e-3);
+        let impacts_s = [0.0; 2];
+        let stated = TrackModel { usual_errors: vec![turn], ..model(Vec::new()) };
+        let fit = |model: &TrackModel| fit_tracks(&experiment.observations, &impacts_s, model, None).unwrap();
+        let off = |fit: &TrackFit| {
+            let c_d = fit.damping.chain_damping_kg_per_s;
+            (c_d.value - C_D) / c_d.sigma
+        };
+        let with = fit(&stated);
+        // Six numbers, one of which lies so far off by chance once in 600 runs.
+        assert!(off(&with).abs() < 3.6, "{share}: {:?}", with.damping);
+        // The amplitude goes with the damping, which is known to some per cent: a tenth of one deviation is a per cent of it.
+        assert!(
+            (with.usual_amplitudes[0] - share / 1e-3).abs() < 1.5,
+            "{share}: {:?}",
+            with.usual_amplitudes
+        );
+        assert!(with.beyond.is_empty() && with.leaves_noise_alone(), "{share}: {:?}", with.beyond);
+        if share.abs() >= 1e-3 {
+            let without = fit(&model(Vec::new()));
+            assert!(
+                off(&without).abs() > 5.0 || !without.beyond.is_empty(),
+                "{share}: {:?}",
+                without.damping
+            );
+        }
+    }
+}
+
 #[test]
 fn recordings_that_end_before_the_wave_comes_are_no_part_of_the_fit() {
     let all = experiment(1, 1.0);
