@@ -30,10 +30,10 @@ use crate::fitting::fits::{Departures, Fits, Material, ReadOff, known};
 use crate::fitting::model_beside::{ModelBeside, model_beside};
 use crate::merging::joining::Unjoined;
 use crate::merging::joint::Joint;
+use crate::merging::merged;
 use crate::merging::picture_geometry::PictureGeometry;
 use crate::merging::side_motion::SideMotion;
 use crate::merging::stabilisation::Stabilisation;
-use crate::merging::{Merged, merged};
 use crate::monitor::{Monitor, Stage};
 use crate::sanity::speed;
 use crate::setup::Setup;
@@ -105,26 +105,17 @@ pub fn evaluate(
     monitor.planned(Stage::Evaluating, N_STEPS);
     let step = || monitor.done(Stage::Evaluating, 1);
     let stated = StatedMotion::of(experiment, tracked.last_s(), n_threads)?;
-    let Merged {
-        joint,
-        of_camera,
-        shared,
-        side_motion,
-        shortening,
-        reading_errors,
-        usual_geometry,
-        assumptions,
-    } = merged(setup, tracked, &stated, n_threads)?;
-    let Joint { setup: mapped, scale, geometry, observations, .. } = joint;
-    let Joint { stabilisation, stitched, left_out, unjoined, .. } = joint;
+    let of_all = merged(setup, tracked, &stated, n_threads)?;
+    let Joint { setup: mapped, scale, geometry, observations, .. } = of_all.joint;
+    let Joint { stabilisation, stitched, left_out, unjoined, .. } = of_all.joint;
     step();
-    let known = &known(experiment, &mapped.map, &scale, shortening);
+    let known = &known(experiment, &mapped.map, &scale, of_all.shortening);
     let chain = &experiment.chain_model()?;
-    let (reading_errors, usual_geometry) = (reading_errors.as_slice(), &usual_geometry);
+    let (reading_errors, usual_geometry) = (of_all.reading_errors.as_slice(), &of_all.usual_geometry);
     let material =
         Material { experiment, stitched: &stitched, chain, known, reading_errors, usual_geometry, n_threads };
     // Neither asks what the other finds.
-    let read_off = || material.read_off(&shared, &step);
+    let read_off = || material.read_off(&of_all.shared, &step);
     let (read, fits) = both_in_parallel(n_threads, read_off, || material.fits(&observations, &step));
     let ReadOff { measurement, pulses, energy_fit } = read?;
     let Fits { reached, track_fit, departures, imposed_fit, release_fit } = fits;
@@ -161,13 +152,13 @@ pub fn evaluate(
         left_out,
         unjoined,
         findings: tracked.findings.iter().cloned().chain(speed).collect(),
-        of_camera,
+        of_camera: of_all.of_camera,
         geometry,
         stabilisation,
         notices,
         stitched,
-        side_motion,
-        assumptions,
+        side_motion: of_all.side_motion,
+        assumptions: of_all.assumptions,
         recording_alignments,
         measurement,
         pulses,

@@ -15,7 +15,7 @@ pub(crate) mod usual_geometry;
 use std::num::NonZero;
 
 use chainwave_measurement::SharedReadingError;
-use chainwave_stitching::{Assumption, FirstBody, Settings, Stitched, merge};
+use chainwave_stitching::{Assumption, FirstBody, Settings, merge};
 
 use crate::chain::stated_motion::StatedMotion;
 use crate::configuration::Experiment;
@@ -104,14 +104,7 @@ pub(crate) fn merged<'a>(
         inclination.add_to(motion);
     }
     joint.observations = joint.stabilisation.widened(joint.observations);
-    let usual_geometry = match joint.geometry.is_none() {
-        true => {
-            let Stitched { motion, alignments, .. } = &joint.stitched;
-            let merged = (motion, alignments.as_slice());
-            UsualGeometry::of(&experiment.camera, &joint.recordings, &joint.observations, merged)
-        }
-        false => UsualGeometry::default(),
-    };
+    let usual_geometry = UsualGeometry::of(&joint);
     let light_moves = tracked.findings.iter().any(|finding| finding.code == MOVING_LIGHT);
     let of_camera = [
         against_the_chain(experiment, &joint.stitched.motion).into_iter().collect(),

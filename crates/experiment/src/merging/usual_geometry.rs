@@ -6,13 +6,12 @@
 use std::borrow::Cow;
 
 use chainwave_measurement::{ChainMotion, Observation, SharedReadingError};
-use chainwave_stitching::{Alignment, Assumption};
+use chainwave_stitching::{Alignment, Assumption, Stitched};
 use ndarray::Array2;
 
+use super::joint::Joint;
 use super::picture_geometry::PictureGeometry;
-use crate::configuration::Camera;
 use crate::finding::Finding;
-use crate::tracked::TrackedRecording;
 
 /// Errors of a usual geometry, each of one standard deviation.
 #[derive(Debug, Clone, Default)]
@@ -26,18 +25,15 @@ pub(crate) struct UsualGeometry {
 }
 
 impl UsualGeometry {
-    /// Of recordings by plain maps, which gave a motion by these alignments; nothing where pictures were calibrated.
-    pub(crate) fn of(
-        camera: &Camera,
-        recordings: &[TrackedRecording],
-        kept: &[Observation],
-        (motion, alignments): (&ChainMotion, &[Alignment]),
-    ) -> Self {
-        let sigma = camera.geometry_sigma();
-        if sigma == 0.0 {
+    /// Of recordings that were merged; nothing where pictures were calibrated, or bodies told a geometry.
+    pub(crate) fn of(joint: &Joint<'_>) -> Self {
+        let sigma = joint.setup.experiment.camera.geometry_sigma();
+        if sigma == 0.0 || joint.geometry.is_some() {
             return Self::default();
         }
-        let errors = PictureGeometry::open_errors(sigma, recordings, kept);
+        let Stitched { motion, alignments, .. } = &joint.stitched;
+        let kept = joint.observations.as_slice();
+        let errors = PictureGeometry::open_errors(sigma, &joint.recordings, kept);
         let errors_m = errors.iter().map(|error| of_motion(error, kept, motion, alignments)).collect();
         Self { errors, errors_m, sigma }
     }
