@@ -121,7 +121,7 @@ pub enum MechanicsError {
          as the overlap grows past it: nothing would bring the bodies back (hint: points beyond, where the force rises again)"
     )]
     BeyondTable {
-        /// Number of the gap, that of the body behind it; 0 lies between a striker and body 1.
+        /// Number of the gap: 1 lies between bodies 1 and 2, and 0 between a striker and body 1.
         gap: usize,
         /// The end of the table, in metres.
         end_m: f64,

@@ -97,17 +97,7 @@ impl Material<'_> {
         let (reached, track_fit) = match self.reached(observations) {
             Ok((model, reached, impacts_s)) => {
                 let elsewhere = imposed_fit.as_ref().ok().map(|fit| fit.chain_damping_kg_per_s.value);
-                let fit = fit_tracks(&reached, &impacts_s, &model, elsewhere);
-                let usual_errors = self.usual_geometry.errors.clone();
-                let open = TrackModel { usual_errors, ..model };
-                let of_open = |_: &TrackFit| fit_tracks(&reached, &impacts_s, &open, elsewhere).ok();
-                let is_open = |fit: &&TrackFit| !open.usual_errors.is_empty() && may_be_geometry(fit);
-                let other = fit.as_ref().ok().filter(is_open).and_then(of_open);
-                let fit = match other {
-                    Some(other) if other.leaves_noise_alone() => Ok(other),
-                    Some(other) if !fit.as_ref().is_ok_and(TrackFit::leaves_noise_alone) => Ok(other),
-                    _ => fit,
-                };
+                let fit = self.fit_to((&reached, &impacts_s), model, elsewhere);
                 (reached, fit)
             }
             Err(why) => (observations.to_vec(), Err(why)),
@@ -117,6 +107,25 @@ impl Material<'_> {
         let release_fit = self.since_release();
         step();
         Fits { reached, track_fit, departures, imposed_fit, release_fit }
+    }
+
+    /// The fit to tracks with these impacts; with what a camera that nothing calibrated leaves open, where that may be behind what the stated model leaves
+    /// over, and explains as much.
+    fn fit_to(
+        &self,
+        (reached, impacts_s): (&[Observation], &[f64]),
+        model: TrackModel,
+        elsewhere: Option<f64>,
+    ) -> Result<TrackFit, FitError> {
+        let as_square = fit_tracks(reached, impacts_s, &model, elsewhere)?;
+        if self.usual_geometry.errors.is_empty() || !may_be_geometry(&as_square) {
+            return Ok(as_square);
+        }
+        let open = TrackModel { usual_errors: self.usual_geometry.errors.clone(), ..model };
+        Ok(match fit_tracks(reached, impacts_s, &open, elsewhere) {
+            Ok(open) if open.leaves_noise_alone() || !as_square.leaves_noise_alone() => open,
+            _ => as_square,
+        })
     }
 
     /// The chain model as a fit to the tracks starts from it, and the recordings, with their impacts as the alignment has them, that tell when
