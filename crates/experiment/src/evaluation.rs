@@ -135,7 +135,7 @@ pub fn evaluate(
             .chain(Finding::all_of("chain_model", "the chain model", of_model))
             .collect();
     let believed = track_fit.as_ref().ok().filter(|fit| fit.is_believed());
-    notices.extend(believed.and_then(|fit| usual_geometry.finding(&fit.usual_amplitudes)));
+    notices.extend(believed.and_then(|fit| usual_geometry.finding(&fit.usual_amplitudes, &stitched.motion)));
     let model = believed
         .map(|fit| model_beside(experiment, &stitched.motion, fit, used))
         .and_then(|beside| beside.map_err(|why| notices.push(not_shown(&why))).ok());

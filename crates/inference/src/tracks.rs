@@ -19,6 +19,7 @@ mod samples;
 mod selection;
 mod shared_errors;
 mod structure;
+mod usual_amplitudes;
 mod windows;
 
 use chainwave_analysis::Departure;
@@ -48,6 +49,7 @@ pub use outcome::{FittedRecording, TrackFit};
 pub use profile::Interval;
 pub use reached::reached;
 pub use structure::{Structure, structure_rule};
+pub use usual_amplitudes::UsualAmplitudes;
 
 /// Fits c_d and c_s to the tracks of all recordings at once.
 ///
@@ -136,11 +138,27 @@ pub fn stated_damping(
     model: &TrackModel,
 ) -> Result<Damping, FitError> {
     let problem = TrackResiduals::new(observations, model, &[])?;
-    let failure = |why: Failure<FitError>| problem.failure(why);
-    let start = problem.start(impact_times_s, STARTS[0])?;
-    let minimum = minimise(&problem, start, &[], &Stop::STATED).map_err(failure)?;
-    let (_, covariance) = minimum.solved().map_err(failure)?;
+    let minimum = stated_minimum(&problem, impact_times_s)?;
+    let (_, covariance) = minimum.solved().map_err(|why| problem.failure(why))?;
     Ok(damping_of(&minimum.at, &covariance, inflation_of(&problem, minimum.chi_squared())))
+}
+
+/// What the model as it is stated leaves over at its best: [`fit_tracks`] without its other starting points, and without anything that the tracks ask for beyond.
+///
+/// # Errors
+/// As [`fit_tracks`].
+pub fn left_by_stated(
+    observations: &[Observation],
+    impact_times_s: &[f64],
+    model: &TrackModel,
+) -> Result<Structure, FitError> {
+    let problem = TrackResiduals::new(observations, model, &[])?;
+    Ok(Fit::at(&problem, stated_minimum(&problem, impact_times_s)?, Vec::new())?.structure)
+}
+
+fn stated_minimum(problem: &TrackResiduals<'_>, impact_times_s: &[f64]) -> Result<Minimum, FitError> {
+    let start = problem.start(impact_times_s, STARTS[0])?;
+    minimise(problem, start, &[], &Stop::STATED).map_err(|why| problem.failure(why))
 }
 
 /// The estimates and their uncertainties at a minimum: what noise makes of them, what the structure that is left may do, and what other
@@ -205,7 +223,7 @@ fn finish(
         p_value_as_stated: fit.p_value_as_stated,
         structure: fit.structure.clone(),
         model: fit.model.clone(),
-        usual_amplitudes: problem.usual_amplitudes(equations),
+        usual_amplitudes: UsualAmplitudes::of(problem, equations, (&reduced, &covariance)),
         striker_velocity_m_per_s: of_mean(0),
         impact_time_s: of_mean(1),
         recordings: at.own.iter().enumerate().map(recording).collect(),
@@ -254,10 +272,8 @@ impl NullTest {
     /// What [`fit_tracks`], [`softening`] and [`scatter_of_bodies`] would find, from the model's own starting values and without intervals.
     pub(crate) fn of(observations: &[Observation], model: &TrackModel) -> Result<Self, FitError> {
         let problem = TrackResiduals::new(observations, model, &[])?;
-        let failure = |why: Failure<FitError>| problem.failure(why);
-        let start = problem.start(&[], STARTS[0])?;
-        let minimum = minimise(&problem, start, &[], &Stop::STATED).map_err(failure)?;
-        let (_, covariance) = minimum.solved().map_err(failure)?;
+        let minimum = stated_minimum(&problem, &[])?;
+        let (_, covariance) = minimum.solved().map_err(|why| problem.failure(why))?;
         let damping = damping_of(&minimum.at, &covariance, inflation_of(&problem, minimum.chi_squared()));
         let softening = softening_at(observations, (model, &[]), &minimum.at)?;
         let scatter = scatter_of_bodies_at(observations, (model, &[]), &minimum.at)?;

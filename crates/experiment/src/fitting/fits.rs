@@ -5,7 +5,7 @@ use std::num::NonZero;
 use chainwave_analysis::{Departure, Measurement, Pulses, Spacing};
 use chainwave_inference::{
     EnergyFit, EnergyModel, FitError, ImposedFit, ImposedModel, Known, Quantity, ReleasedFit, ReleasedModel,
-    TrackFit, TrackModel, fit_imposed, fit_peak_energies, fit_release, fit_tracks, reached,
+    TrackFit, TrackModel, fit_imposed, fit_peak_energies, fit_release, fit_tracks, left_by_stated, reached,
     scatter_of_bodies, softening,
 };
 use chainwave_measurement::{Estimate, Observation, SharedReadingError};
@@ -117,15 +117,22 @@ impl Material<'_> {
         model: TrackModel,
         elsewhere: Option<f64>,
     ) -> Result<TrackFit, FitError> {
-        let as_square = fit_tracks(reached, impacts_s, &model, elsewhere)?;
-        if self.usual_geometry.errors.is_empty() || !may_be_geometry(&as_square) {
-            return Ok(as_square);
+        let fit = |model: &TrackModel| fit_tracks(reached, impacts_s, model, elsewhere);
+        if !self.may_be_geometry((reached, impacts_s), &model) {
+            return fit(&model);
         }
-        let open = TrackModel { usual_errors: self.usual_geometry.errors.clone(), ..model };
-        Ok(match fit_tracks(reached, impacts_s, &open, elsewhere) {
-            Ok(open) if open.leaves_noise_alone() || !as_square.leaves_noise_alone() => open,
-            _ => as_square,
-        })
+        let open = fit(&TrackModel { usual_errors: self.usual_geometry.errors.clone(), ..model.clone() });
+        if open.as_ref().is_ok_and(TrackFit::leaves_noise_alone) {
+            return open;
+        }
+        let as_square = fit(&model)?;
+        Ok(open.ok().filter(|_| !as_square.leaves_noise_alone()).unwrap_or(as_square))
+    }
+
+    /// Whether a usual geometry may be behind what the model leaves over in these tracks.
+    fn may_be_geometry(&self, (reached, impacts_s): (&[Observation], &[f64]), model: &TrackModel) -> bool {
+        let is_open = !self.usual_geometry.errors.is_empty();
+        is_open && left_by_stated(reached, impacts_s, model).is_ok_and(|left| left.size < LARGEST_BY_GEOMETRY)
     }
 
     /// The chain model as a fit to the tracks starts from it, and the recordings, with their impacts as the alignment has them, that tell when
@@ -178,10 +185,6 @@ impl Material<'_> {
 /// What the stated model may leave over, in deviations of the noise, where a camera's usual geometry may be behind it: that moves a body by some thousandths of
 /// its way, and noise is some ten-thousandths. What is larger has another cause, and a fit with so much left open goes astray.
 const LARGEST_BY_GEOMETRY: f64 = 5.0;
-
-fn may_be_geometry(fit: &TrackFit) -> bool {
-    fit.as_stated.size < LARGEST_BY_GEOMETRY
-}
 
 /// Refuses to fit a model that nobody asks for.
 fn asked(experiment: &Experiment) -> Result<(), FitError> {

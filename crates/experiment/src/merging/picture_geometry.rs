@@ -51,7 +51,14 @@ impl PictureGeometry {
     pub(crate) const PLAIN: Self =
         Self { tilt: 0.0, distortion: 0.0, covariance: Matrix2::new(0.0, 0.0, 0.0, 0.0) };
 
-    /// The shapes in proportion to which recordings are asked for errors, where their calibration leaves them open.
+    /// What a shape of this amplitude makes of a plain camera.
+    fn by(shape: Shapes, amplitude: f64) -> Self {
+        let of = |shapes: [Shapes; 2]| if shapes.contains(&shape) { amplitude } else { 0.0 };
+        let (tilt, distortion) = (of([Shapes::Tilt, Shapes::Both]), of([Shapes::Distortion, Shapes::Both]));
+        Self { tilt, distortion, ..Self::PLAIN }
+    }
+
+    /// The shapes in proportion to which recordings are asked for errors, each by itself, where their calibration leaves them open.
     pub(crate) fn asked(
         &self,
         recordings: &[TrackedRecording],
@@ -61,12 +68,11 @@ impl PictureGeometry {
         if recordings.iter().any(has_own) {
             return Vec::new();
         }
-        let shapes = [Self { tilt: ASKED, ..Self::PLAIN }, Self { distortion: ASKED, ..Self::PLAIN }];
-        let asked = |more: &Self| {
-            let off = self.plus(more);
+        let asked = |shape: Shapes| {
+            let off = self.plus(&Self::by(shape, ASKED));
             self.error_by("geometry", |map, picture_px| off.of(map, picture_px), recordings, kept)
         };
-        shapes.iter().map(asked).collect()
+        Shapes::EACH.map(asked).into()
     }
 
     /// What shapes of this amplitude do to readings by plain maps; nothing where pictures were calibrated.
@@ -117,7 +123,7 @@ impl PictureGeometry {
     /// What bodies show beyond this geometry, by the shapes of [`PictureGeometry::asked`], and of which of these; `None` where that is no more than
     /// chance.
     pub(crate) fn told(&self, shown: &[ShownByBody]) -> Option<(Self, Shapes)> {
-        let alone = [Shapes::Tilt, Shapes::Distortion].map(|shapes| Amplitudes::of(shown, shapes));
+        let alone = Shapes::EACH.map(|shapes| Amplitudes::of(shown, shapes));
         let better = alone.into_iter().flatten().max_by(|a, b| a.gain.total_cmp(&b.gain));
         let both = Amplitudes::of(shown, Shapes::Both);
         let needs_both = |both: &Amplitudes| {
@@ -256,6 +262,11 @@ pub(crate) enum Shapes {
     Tilt,
     Distortion,
     Both,
+}
+
+impl Shapes {
+    /// Each by itself.
+    pub(crate) const EACH: [Self; 2] = [Self::Tilt, Self::Distortion];
 }
 
 /// How much of the shapes bodies show.

@@ -5,12 +5,13 @@
 
 use std::borrow::Cow;
 
-use chainwave_measurement::{ChainMotion, Observation, SharedReadingError};
+use chainwave_inference::UsualAmplitudes;
+use chainwave_measurement::{ChainMotion, Estimate, Observation, SharedReadingError};
 use chainwave_stitching::{Alignment, Assumption, Stitched};
 use ndarray::Array2;
 
 use super::joint::Joint;
-use super::picture_geometry::PictureGeometry;
+use super::picture_geometry::{PictureGeometry, Shapes};
 use crate::finding::Finding;
 
 /// Errors of a usual geometry, each of one standard deviation.
@@ -47,20 +48,27 @@ impl UsualGeometry {
         motion
     }
 
-    /// What the reader should know where the chain model tells such a shape, of these amplitudes, that views do not.
-    pub(crate) fn finding(&self, amplitudes: &[f64]) -> Option<Finding> {
-        let told = SHAPES.iter().zip(amplitudes).filter(|(_, amplitude)| amplitude.abs() > TOLD);
+    /// What the reader should know where the chain model tells such a shape, of these amplitudes, that views do not, and the motion is off by it.
+    pub(crate) fn finding(&self, amplitudes: &UsualAmplitudes, motion: &ChainMotion) -> Option<Finding> {
+        let shapes = Shapes::EACH.into_iter().zip(amplitudes.estimates()).zip(&self.errors_m);
+        let told = shapes.filter(|((_, amplitude), error_m)| {
+            is_told(*amplitude) && amplitude.value.abs() * largest_share(error_m, motion) > NOTICED
+        });
         let said: Vec<String> = told
-            .map(|(shape, amplitude)| {
-                format!("{shape}, by {:.2} % at the edges", 100.0 * self.sigma * amplitude.abs())
+            .map(|((shape, amplitude), _)| {
+                format!(
+                    "{}, by {:.2} % at the edges",
+                    in_words(shape),
+                    100.0 * self.sigma * amplitude.value.abs()
+                )
             })
             .collect();
         (!said.is_empty()).then(|| Finding {
             code: "geometry_by_model",
             subject: "the pictures' geometry".into(),
             text: format!(
-                "by the chain model the readings are off as {}. The dampings contain it; x_n(t), strains and energies do not, and are off by as much of \
-                 themselves at the edges of pictures (hint: `chainwave calibrate` with pictures of a board tells it)",
+                "by the chain model the readings are off as {}. The dampings and motion_by_model contain it; x_n(t), strains and energies do not, and \
+                 are off by as much of themselves at the edges of pictures (hint: `chainwave calibrate` with pictures of a board tells it)",
                 said.join(", and as ")
             ),
         })
@@ -81,14 +89,36 @@ impl UsualGeometry {
     }
 }
 
-/// Amplitude, in standard deviations of what is usual, beyond which a fit tells a shape: one that hardly tells it leaves it near zero, and where the readings
-/// tell as much as the prior it lies beyond once in eighty by chance, else more seldom.
-const TOLD: f64 = 1.25;
-/// The shapes, in the order of the errors.
-const SHAPES: [&str; 2] = [
-    "a camera that is turned about the vertical would do (a scale that grows from one edge of a picture to the other)",
-    "a lens that distorts would do (a scale at both edges other than in the middle)",
-];
+/// Standard deviations beyond which an amplitude is told: once in eighty by chance.
+const TOLD: f64 = 2.5;
+/// Share of a standard uncertainty by which x_n(t) is off somewhere, at least, where it matters: 95 % intervals hold 92 % then.
+const NOTICED: f64 = 0.5;
+
+/// Whether a camera without the shape would seldom show this amplitude: of a prior of unit variance, an estimate that is uncertain by s scatters about zero by
+/// s sqrt(1 - s^2).
+fn is_told(amplitude: Estimate) -> bool {
+    let by_chance = amplitude.sigma * (1.0 - amplitude.sigma.powi(2)).max(0.0).sqrt();
+    amplitude.value.abs() > TOLD * by_chance
+}
+
+/// The largest of an error of the motion over the motion's standard uncertainty.
+fn largest_share(error_m: &Array2<f64>, motion: &ChainMotion) -> f64 {
+    let shares = error_m.iter().zip(&motion.displacement_m);
+    shares.filter_map(|(error_m, x_m)| Some(error_m.abs() / x_m.as_ref()?.sigma)).fold(0.0, f64::max)
+}
+
+/// What a shape looks like.
+fn in_words(shape: Shapes) -> &'static str {
+    match shape {
+        Shapes::Tilt => {
+            "a camera that is turned about the vertical would do (a scale that grows from one edge of a picture to the other)"
+        }
+        Shapes::Distortion => {
+            "a lens that distorts would do (a scale at both edges other than in the middle)"
+        }
+        Shapes::Both => "a turned camera and a lens that distorts would do together",
+    }
+}
 
 /// An error of readings as one of the motion: the mean over the recordings that show a body at a time.
 fn of_motion(

@@ -177,6 +177,11 @@ impl Reduced {
         self.recordings.iter().enumerate().map(step).collect()
     }
 
+    /// Covariances of the amplitudes of the errors that tied recordings share, tie by tie, the shared unknowns having the given one.
+    pub(crate) fn amplitude_covariances(&self, shared: &DMatrix<f64>) -> Vec<DMatrix<f64>> {
+        self.ties.iter().map(|tie| tie.amplitude_covariance(shared)).collect()
+    }
+
     /// Square of the length in standard errors, the shared unknowns held, of those steps.
     pub(super) fn own_length2(&self, shared: &DVector<f64>) -> f64 {
         let length2 = |(recording, step): (&Eliminated, Own)| {

@@ -8,7 +8,7 @@ use ndarray::Array2;
 
 use super::fitted::fitted_motion;
 use super::outcome::{FittedRecording, TrackFit};
-use super::residuals::{Residual, TrackResiduals};
+use super::residuals::{ErrorOfTrack, Residual, TrackResiduals};
 use crate::error::FitError;
 use crate::least_squares::{Own, Unknowns};
 use crate::quantity::Quantity;
@@ -33,7 +33,7 @@ const DRIVE_STEP: f64 = 1e-3;
 /// Nothing of the model's shape remains in it: what its motion of one recording misses, this recording's readings bring back. The model
 /// serves to know the triggers and drives, far better than a body's own readings do, and its uncertainty counts through these: a recording's
 /// trigger moves its readings by the body's velocity, its drive by the motion's derivative, the mean of all recordings' moves the model's, and the pictures' scale, where the fit found it,
-/// all of the motion in proportion. As a sum of differences from a model known in
+/// all of the motion in proportion. What the fit found of the usual errors of readings is taken from these, and counts by what it leaves open. As a sum of differences from a model known in
 /// closed form it is a control variate (R. Y. Rubinstein, Simulation and the Monte Carlo Method (1981), ch. 4.3).
 ///
 /// # Errors
@@ -58,11 +58,12 @@ pub fn aligned_motion(
         .map(|one| Own::new(one.striker_velocity_m_per_s.value, one.impact_time_s.value));
     let at = Unknowns { shared: DVector::from_vec(shared), own: own.collect() };
     let solved = problem.solve(&at)?;
-    let residuals = problem.residuals(&solved, &at, &[]);
+    let residuals = problem.residuals(&solved, &at, &fit.usual_amplitudes.among_ties(&problem));
     let scale = fit.factors.iter().chain(&fit.found).find(|(quantity, _)| *quantity == Quantity::Scale);
     let scale = scale.map_or(Estimate::new(1.0, 0.0), |(_, found)| *found);
     let view_scales = ViewScales::of(fit);
-    let seen = Seen::of(observations, (&residuals, &problem.shared_sigmas_m()), |view| solved.scale_of(view));
+    let seen = Seen::of(observations, &residuals, |view| solved.scale_of(view));
+    let shared = SharedByReadings { of_tracks: problem.errors_of_tracks(), fit };
     let mean = fitted_motion(fit, times_s)?;
     let harder = fitted_motion(&struck_harder(fit), times_s)?;
     let inflation = fit.reduced_chi_squared.max(1.0).sqrt();
@@ -81,7 +82,7 @@ pub fn aligned_motion(
             (value + reading.off_m.value, variance + (inflation * reading.off_m.sigma).powi(2))
         });
         let x_m = mean.displacement_m[(body - 1, k)] + sum.0 / n;
-        let of_noise_m2 = (sum.1 + shared_m2(observations, &readings)) / (n * n);
+        let of_noise_m2 = (sum.1 + shared.variance_m2(&readings)) / (n * n);
         let of_triggers_m2 = by_trigger.powi(2) * triggers.variance(&readings);
         let of_drives_m2 = by_drive.powi(2) * drives.variance(&readings);
         let of_scales = (scale.sigma / scale.value).hypot(view_scales.of_mean(observations, &readings));
@@ -97,13 +98,25 @@ pub fn aligned_motion(
     })
 }
 
-/// Variance of the sum of readings from the errors that those of a view share: trials show a body at one time in one place.
-fn shared_m2(observations: &[Observation], readings: &[Reading]) -> f64 {
-    let mut of_views: BTreeMap<u32, f64> = BTreeMap::new();
-    for reading in readings {
-        *of_views.entry(observations[reading.recording].view).or_default() += reading.shared_m;
+/// The errors that readings share.
+struct SharedByReadings<'a> {
+    of_tracks: Vec<Vec<ErrorOfTrack>>,
+    fit: &'a TrackFit,
+}
+
+impl SharedByReadings<'_> {
+    /// Variance of a sum of readings from them. Those that were found are of unit variance; of the usual ones the fit tells more.
+    fn variance_m2(&self, readings: &[Reading]) -> f64 {
+        let n_found = self.fit.model.reading_errors.len();
+        let mut sums_m = DVector::zeros(n_found + self.fit.model.usual_errors.len());
+        for reading in readings {
+            for error in &self.of_tracks[reading.track] {
+                sums_m[error.error] += error.of_residuals_m[reading.position] / reading.scale;
+            }
+        }
+        let usual_m = sums_m.rows(n_found, sums_m.len() - n_found).into_owned();
+        sums_m.rows(0, n_found).norm_squared() + self.fit.usual_amplitudes.variance(&usual_m)
     }
-    of_views.values().map(|sum_m| sum_m * sum_m).sum()
 }
 
 /// Relative standard uncertainty of the scale of each view that has one of its own.
@@ -176,8 +189,11 @@ struct Reading {
     recording: usize,
     after_impact_s: f64,
     off_m: Estimate,
-    /// Standard deviation of the errors that it shares with other readings.
-    shared_m: f64,
+    /// Its track among all of them, and its place among the track's readings.
+    track: usize,
+    position: usize,
+    /// Length in its picture over true length.
+    scale: f64,
 }
 
 /// The readings of each body and recording, in the order of their times.
@@ -189,21 +205,19 @@ struct Seen {
 
 impl Seen {
     /// `scale_of` is length in the pictures of a view over true length.
-    fn of(
-        observations: &[Observation],
-        (residuals, shared_m): (&[Residual], &[f64]),
-        scale_of: impl Fn(u32) -> f64,
-    ) -> Self {
-        let sigmas_m = observations.iter().flat_map(|observation| {
-            observation.bodies.iter().flat_map(|track| track.position_m.iter().flatten().map(|x| x.sigma))
+    fn of(observations: &[Observation], residuals: &[Residual], scale_of: impl Fn(u32) -> f64) -> Self {
+        let of_tracks = observations.iter().flat_map(|observation| &observation.bodies).enumerate();
+        let places = of_tracks.flat_map(|(track, of_track)| {
+            let sigmas_m = of_track.position_m.iter().flatten().map(|x| x.sigma);
+            sigmas_m.enumerate().map(move |(position, sigma_m)| (track, position, sigma_m))
         });
         let mut tracks: BTreeMap<(usize, usize), Vec<Reading>> = BTreeMap::new();
-        for ((residual, sigma_m), shared_m) in residuals.iter().zip(sigmas_m).zip(shared_m) {
+        for (residual, (track, position, sigma_m)) in residuals.iter().zip(places) {
             let scale = scale_of(observations[residual.recording].view);
             // Residuals are model less measurement.
             let off_m = Estimate::new(-residual.value * sigma_m / scale, sigma_m / scale);
             let Residual { recording, body, after_impact_s, .. } = *residual;
-            let reading = Reading { recording, after_impact_s, off_m, shared_m: shared_m / scale };
+            let reading = Reading { recording, after_impact_s, off_m, track, position, scale };
             tracks.entry((body, recording)).or_default().push(reading);
         }
         let reach_s = observations.iter().map(|observation| 0.5 * observation.frame_interval_s()).collect();
@@ -233,7 +247,9 @@ mod tests {
             recording,
             after_impact_s: 0.0,
             off_m: Estimate::new(0.0, 0.0),
-            shared_m: 0.0,
+            track: 0,
+            position: 0,
+            scale: 1.0,
         });
         of.collect()
     }

@@ -7,6 +7,7 @@ use super::hypothesis::Hypothesis;
 use super::model::TrackModel;
 use super::profile::Interval;
 use super::structure::Structure;
+use super::usual_amplitudes::UsualAmplitudes;
 use crate::damping::Damping;
 use crate::quantity::Quantity;
 
@@ -44,8 +45,8 @@ pub struct TrackFit {
     pub structure: Structure,
     /// The model with that.
     pub model: TrackModel,
-    /// How large its usual errors are, in their standard deviations and order.
-    pub usual_amplitudes: Vec<f64>,
+    /// How large its usual errors are, in their order.
+    pub usual_amplitudes: UsualAmplitudes,
     /// Mean striker velocity of the recordings, in metres per second.
     pub striker_velocity_m_per_s: Estimate,
     /// Mean stamp of the impact, in seconds after the trigger.

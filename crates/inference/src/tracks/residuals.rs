@@ -84,6 +84,15 @@ pub(super) struct Residual {
     pub(super) value: f64,
 }
 
+/// What an error that readings share makes of the residuals of one track.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct ErrorOfTrack {
+    /// Its number among the model's: those that were found, and behind them the usual ones.
+    pub(super) error: usize,
+    /// By one standard deviation of it, in metres, one for each reading.
+    pub(super) of_residuals_m: Vec<f64>,
+}
+
 impl<'a> TrackResiduals<'a> {
     pub(super) fn new(
         observations: &'a [Observation],
@@ -129,13 +138,14 @@ impl<'a> TrackResiduals<'a> {
         })
     }
 
-    /// How large the model's usual errors are at a minimum, in their standard deviations.
-    pub(super) fn usual_amplitudes(&self, equations: &NormalEquations) -> Vec<f64> {
-        let amplitudes = equations.amplitudes();
-        let usual = &self.errors.of_errors[self.model.reading_errors.len()..];
-        let of_error =
-            |place: &Option<(usize, usize)>| place.map_or(0.0, |(tie, error)| amplitudes[tie][error]);
-        usual.iter().map(of_error).collect()
+    /// Where the model's usual errors stand: the tie, and the number there.
+    pub(super) fn usual_errors(&self) -> &[Option<(usize, usize)>] {
+        &self.errors.of_errors[self.model.reading_errors.len()..]
+    }
+
+    /// How many errors the recordings of each tie share.
+    pub(super) fn ties(&self) -> impl Iterator<Item = usize> {
+        self.errors.ties.iter().map(|(_, n_errors)| *n_errors)
     }
 
     /// Number of shared unknowns.
@@ -386,29 +396,30 @@ impl TrackResiduals<'_> {
         map_in_parallel(self.observations.len(), self.model.n_threads, of_recording).concat()
     }
 
-    /// Standard deviation of what the errors that readings share make of each residual, in metres, in the order of the residuals: a
-    /// residual is a reading less its track's place at rest, and that has the weighted mean of each error over the track.
-    pub(super) fn shared_sigmas_m(&self) -> Vec<f64> {
+    /// What one standard deviation of each of the model's errors that readings share makes of the residuals of each track, in metres, track by track:
+    /// a residual is a reading less its track's place at rest, and that has the weighted mean of each error over the track.
+    pub(super) fn errors_of_tracks(&self) -> Vec<Vec<ErrorOfTrack>> {
+        let error_of = |r: usize, place: usize| {
+            let of_tie = self.errors.tie_of(r).map(|tie| (tie, self.errors.of_recording(r)[place]));
+            self.errors.of_errors.iter().position(|of_error| *of_error == of_tie)
+        };
         let of_track = |(r, k): (usize, usize)| {
-            let errors = self.errors.of_track(r, k);
             let frames = self.observations[r].bodies[k].position_m.iter().enumerate();
             let read: Vec<(usize, f64)> = frames
                 .filter_map(|(frame, position)| Some((frame, position.as_ref()?.sigma.powi(-2))))
                 .collect();
             let weights: f64 = read.iter().map(|(_, weight)| weight).sum();
-            let of_place_m = |error_m: &[f64]| {
-                read.iter().map(|(frame, weight)| weight * error_m[*frame]).sum::<f64>() / weights
+            let of_error = |(place, error_m): &(usize, &[f64])| {
+                let place_m =
+                    read.iter().map(|(frame, weight)| weight * error_m[*frame]).sum::<f64>() / weights;
+                let of_residuals_m = read.iter().map(|(frame, _)| error_m[*frame] - place_m).collect();
+                Some(ErrorOfTrack { error: error_of(r, *place)?, of_residuals_m })
             };
-            let errors_m: Vec<(&[f64], f64)> =
-                errors.iter().map(|(_, error_m)| (*error_m, of_place_m(error_m))).collect();
-            let of_residual_m2 = |frame: usize| {
-                errors_m.iter().map(|(error_m, place_m)| (error_m[frame] - place_m).powi(2)).sum::<f64>()
-            };
-            read.iter().map(|(frame, _)| of_residual_m2(*frame).sqrt()).collect::<Vec<_>>()
+            self.errors.of_track(r, k).iter().filter_map(of_error).collect()
         };
         let tracks = (0..self.observations.len())
             .flat_map(|r| (0..self.observations[r].bodies.len()).map(move |k| (r, k)));
-        tracks.flat_map(of_track).collect()
+        tracks.map(of_track).collect()
     }
 }
 

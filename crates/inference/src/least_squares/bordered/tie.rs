@@ -109,6 +109,12 @@ impl TiedErrors {
         &self.by_rest * with_residual(shared)
     }
 
+    /// Covariance of the amplitudes: their own, and what the shared unknowns, of the given covariance, carry into them.
+    pub(super) fn amplitude_covariance(&self, shared: &DMatrix<f64>) -> DMatrix<f64> {
+        let by_shared = self.by_shared();
+        &self.covariance + &by_shared * shared * by_shared.transpose()
+    }
+
     /// Covariance that the amplitudes' own errors carry into what depends on them.
     pub(super) fn carried(&self, by: &OMatrix<f64, U2, Dyn>) -> Matrix2<f64> {
         by * &self.covariance * by.transpose()

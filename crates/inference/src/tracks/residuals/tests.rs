@@ -170,13 +170,23 @@ fn a_shared_error_moves_residuals_by_what_is_stated_of_them() {
     };
     let (right_m, erring_m) = (residuals_m(observation.clone()), residuals_m(erring));
     let observations = [observation];
-    let stated_m = TrackResiduals::new(&observations, &model, &[]).unwrap().shared_sigmas_m();
+    let of_tracks = TrackResiduals::new(&observations, &model, &[]).unwrap().errors_of_tracks();
+    let of_body_2 = observations[0].bodies.iter().position(|track| track.body == 2).unwrap();
+    assert_eq!(of_tracks.iter().map(Vec::len).sum::<usize>(), 1);
+    let before: usize = observations[0].bodies[..of_body_2]
+        .iter()
+        .map(|track| track.position_m.iter().flatten().count())
+        .sum();
+    let mut stated_m = vec![0.0; right_m.len()];
+    for (stated_m, error_m) in stated_m[before..].iter_mut().zip(&of_tracks[of_body_2][0].of_residuals_m) {
+        *stated_m = *error_m;
+    }
     for ((right_m, erring_m), stated_m) in right_m.iter().zip(&erring_m).zip(&stated_m) {
         // Rounding of positions of a few centimetres.
-        assert!(((erring_m - right_m).abs() - stated_m).abs() < 1e-15, "{right_m} {erring_m} {stated_m}");
+        assert!((right_m - erring_m - stated_m).abs() < 1e-15, "{right_m} {erring_m} {stated_m}");
     }
     assert!(
-        stated_m[150] > 1e-6,
+        stated_m[150].abs() > 1e-6,
         "a body at rest is off by what its place has of the error: {}",
         stated_m[150]
     );

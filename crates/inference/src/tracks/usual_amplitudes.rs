@@ -1,0 +1,57 @@
+//! How large the errors are that a fit takes as usual ones.
+
+use chainwave_measurement::Estimate;
+use nalgebra::{DMatrix, DVector};
+
+use super::residuals::TrackResiduals;
+use crate::least_squares::{NormalEquations, Reduced};
+
+/// Amplitudes of a model's usual errors, in their standard deviations and order, as the tracks and these tell them together.
+#[derive(Debug, Clone, PartialEq)]
+pub struct UsualAmplitudes {
+    values: DVector<f64>,
+    covariance: DMatrix<f64>,
+}
+
+impl UsualAmplitudes {
+    /// At a minimum whose shared unknowns have the given covariance. An error that no reading has is as open as it was.
+    pub(super) fn of(
+        problem: &TrackResiduals<'_>,
+        equations: &NormalEquations,
+        (reduced, shared): (&Reduced, &DMatrix<f64>),
+    ) -> Self {
+        let (amplitudes, covariances) = (equations.amplitudes(), reduced.amplitude_covariances(shared));
+        let usual = problem.usual_errors();
+        let value = |i: usize| usual[i].map_or(0.0, |(tie, error)| amplitudes[tie][error]);
+        let covariance = |i: usize, j: usize| match (usual[i], usual[j]) {
+            (Some((tie, error)), Some((same, other))) if tie == same => covariances[tie][(error, other)],
+            _ => f64::from(u8::from(i == j)),
+        };
+        let n = usual.len();
+        Self { values: DVector::from_fn(n, |i, _| value(i)), covariance: DMatrix::from_fn(n, n, covariance) }
+    }
+
+    /// Each amplitude with its standard uncertainty.
+    pub fn estimates(&self) -> impl Iterator<Item = Estimate> {
+        self.values
+            .iter()
+            .zip(self.covariance.diagonal().iter().copied().collect::<Vec<_>>())
+            .map(|(value, variance)| Estimate::new(*value, variance.sqrt()))
+    }
+
+    /// Variance that they leave in a sum which has one standard deviation of each with these weights.
+    pub(super) fn variance(&self, weights: &DVector<f64>) -> f64 {
+        weights.dot(&(&self.covariance * weights))
+    }
+
+    /// The amplitudes among all that the problem's ties have, tie by tie, the others zero.
+    pub(super) fn among_ties(&self, problem: &TrackResiduals<'_>) -> Vec<DVector<f64>> {
+        let mut of_ties: Vec<DVector<f64>> = problem.ties().map(DVector::zeros).collect();
+        for (place, value) in problem.usual_errors().iter().zip(&self.values) {
+            if let Some((tie, error)) = place {
+                of_ties[*tie][*error] = *value;
+            }
+        }
+        of_ties
+    }
+}
