@@ -27,6 +27,8 @@ const LEAST: f64 = 1e-4;
 const REFINED: f64 = 0.2;
 /// Share of the gain from which on another view's clock explains the same: which of the two is right nobody tells.
 const AS_GOOD: f64 = 0.9;
+/// Share of a clock's error within which others are off as it is.
+const ALIKE: f64 = 0.2;
 /// Frames on each side between which a body's velocity is taken.
 const REACH: usize = 2;
 
@@ -80,7 +82,37 @@ impl Clocks {
     /// The clocks after another alignment says what is left of them; `None` where nothing is to be changed.
     pub(crate) fn after(&self, shown: &[ClockShown]) -> Option<Self> {
         let shown = as_recordings_scatter(shown);
-        self.refined(&shown).or_else(|| self.with_another(&shown))
+        self.refined(&shown).or_else(|| self.with_another(&shown)).or_else(|| self.by_most_views(&shown))
+    }
+
+    /// The same where most views are right: of views that are all off alike, beside fewer that are not, it is these that are off the other way. `None` where
+    /// most views are right already.
+    fn by_most_views(&self, shown: &[ClockShown]) -> Option<Self> {
+        let of_views = || self.told.iter().filter(|clock| clock.of.is_view() && clock.or.is_none());
+        let like = |one: &FrameRateError| {
+            let is_like = |other: &&FrameRateError| (other.excess - one.excess).abs() < ALIKE * one.excess.abs();
+            of_views().filter(is_like).collect::<Vec<_>>()
+        };
+        let alike = of_views().map(like).max_by_key(Vec::len)?;
+        let is_right = |one: &&ClockShown| one.of.is_view() && !self.told.iter().any(|clock| clock.of == one.of);
+        let right: Vec<&ClockShown> = shown.iter().filter(is_right).collect();
+        if alike.len() <= right.len() {
+            return None;
+        }
+        let usual = alike.iter().map(|clock| clock.excess).sum::<f64>() / alike.len() as f64;
+        let against = |excess: f64| (1.0 + excess) / (1.0 + usual) - 1.0;
+        let others = self.told.iter().filter(|clock| !alike.iter().any(|like| like.of == clock.of));
+        let moved = |clock: &FrameRateError| match clock.of.is_view() {
+            true => FrameRateError { excess: against(clock.excess), sigma: None, ..clock.clone() },
+            false => clock.clone(),
+        };
+        let off = |one: &&ClockShown| FrameRateError {
+            of: one.of.clone(),
+            excess: against(0.0),
+            sigma: None,
+            or: None,
+        };
+        Some(Self { told: others.map(moved).chain(right.iter().map(off)).collect() })
     }
 
     /// Those that were told, put right by what is left of them; `None` where that is next to nothing.
@@ -337,6 +369,25 @@ mod tests {
         let text = second.findings(&observations(3)).remove(0).to_string();
         assert!(text.starts_with("view 2: frames follow each other 0.510 +- 0.010 % later"), "{text}");
         assert!(text.contains("10000 Hz and not 10051?") && text.contains("stiffer by 1.02 %"), "{text}");
+    }
+
+    #[test]
+    fn most_views_are_right_whichever_were_told_first() {
+        // The first and the third of three, off by the same: it is the second one that is off.
+        let first = Clocks::default().after(&[view(1, 1.5e-2), view(2, 0.0), view(3, 5e-3)]).unwrap();
+        let second = first.after(&[view(1, 0.0), view(2, 0.0), view(3, 1.45e-2)]).unwrap();
+        let left = [view(1, 0.0), view(2, 0.0), view(3, 0.0)];
+        let turned = second.after(&left).unwrap();
+        let [one, two, three] = [1, 2, 3].map(|view| turned.factor(view, ""));
+        assert!((one - 1.0).abs() < 1e-12 && (three - 1.0).abs() < 1e-12, "{one} {three}");
+        assert!((two - 1.01475_f64.recip()).abs() < 1e-12, "{two}");
+        // How far it is off is then found anew, and stays.
+        assert!(!turned.are_known());
+        let settled = turned.after(&left).unwrap();
+        assert!(settled.are_known() && settled.after(&left).is_none());
+        // One of three that is off stays the one.
+        let alone = Clocks::default().after(&[view(1, 1.5e-2), view(2, 0.0), view(3, 0.0)]).unwrap();
+        assert_eq!(alone.after(&left), None);
     }
 
     #[test]
