@@ -36,15 +36,29 @@ pub(crate) struct Structure {
 }
 
 impl Structure {
-    pub(crate) fn of(subset: &PreparedSubset) -> Self {
-        let [along_x, along_y] = Steps::of(subset).by_pixel();
+    /// Of a subset's place, by residuals that a match with the shape function of `fitted` leaves.
+    pub(crate) fn of(subset: &PreparedSubset, fitted: &PreparedSubset) -> Self {
+        Self::of_steps(Steps::of(subset).by_pixel(), fitted)
+    }
+
+    /// Of the difference between the places of two subsets that differ in their shape functions, by residuals that the richer one leaves.
+    pub(crate) fn of_difference(subset: &PreparedSubset, richer: &PreparedSubset) -> Self {
+        let [mut along_x, mut along_y] = Steps::of(richer).by_pixel();
+        let of_subset = Steps::of(subset).by_pixel();
+        for (steps, others) in [&mut along_x, &mut along_y].into_iter().zip(of_subset) {
+            steps.iter_mut().zip(others).for_each(|(step, other)| *step -= other);
+        }
+        Self::of_steps([along_x, along_y], richer)
+    }
+
+    fn of_steps([along_x, along_y]: [Vec<f32>; 2], fitted: &PreparedSubset) -> Self {
         let both: Vec<f32> = along_x.iter().zip(&along_y).map(|(x, y)| x + y).collect();
-        let products = |image: &[f32]| products(image, subset.width);
+        let products = |image: &[f32]| products(image, fitted.width);
         let [xx, both, yy] = [&along_x, &both, &along_y].map(|image| products(image));
         let xy = std::array::from_fn(|lag| 0.5 * (both[lag] - xx[lag] - yy[lag]));
-        let n_pairs = products(&subset.weights[..subset.n_pixels()]);
-        let fitted: Vec<[f64; N_LAGS]> =
-            orthonormal(subset.fitted_images()).iter().map(|image| products(image)).collect();
+        let n_pairs = products(&fitted.weights[..fitted.n_pixels()]);
+        let of_fitted: Vec<[f64; N_LAGS]> =
+            orthonormal(fitted.fitted_images()).iter().map(|image| products(image)).collect();
         let mut weights = [xx, xy, yy].map(|of_steps| {
             let mut weights = [0.0; N_LAGS];
             for (lag, weight) in weights.iter_mut().enumerate() {
@@ -54,7 +68,7 @@ impl Structure {
             weights
         });
         let left = |weights: &[f64; N_LAGS]| {
-            let taken: f64 = fitted.iter().map(|image| sum(weights, image)).sum();
+            let taken: f64 = of_fitted.iter().map(|image| sum(weights, image)).sum();
             (1.0 - taken / (weights[0] * n_pairs[0])).max(LEAST_LEFT)
         };
         let (of_x, of_y) = (left(&weights[0]), left(&weights[2]));
@@ -69,7 +83,7 @@ impl Structure {
             };
             (2.0 * (0..N_LAGS).map(square).sum::<f64>()).sqrt() / (weights[axis][0] * n_pairs[0])
         });
-        Self { n_columns: subset.width, weights, scatter }
+        Self { n_columns: fitted.width, weights, scatter }
     }
 
     /// Variance of the place along x and y in the target, in square pixels, of a match that leaves `residuals` (counts of the target, of all

@@ -164,6 +164,7 @@ fn state_what_frames_tell(
 fn widen(tracks: &mut [Track], followers: &mut [Follower<'_>]) {
     for (track, follower) in tracks.iter_mut().zip(followers) {
         std::mem::take(&mut follower.alike).widen(&mut track.positions);
+        std::mem::take(&mut follower.bends_alike).widen_bends(&mut follower.bends);
     }
 }
 

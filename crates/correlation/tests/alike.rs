@@ -59,10 +59,9 @@ fn film(seed: u64, offsets: impl Fn(usize) -> Vec<f64>) -> MemoryRecording {
 }
 
 /// Root mean square of errors over sigmas along x and y, and the median sigma along x.
-fn outcome(recording: &MemoryRecording) -> ([f64; 2], f64) {
+fn outcome(recording: &MemoryRecording, settings: &Settings) -> ([f64; 2], f64) {
     let subsets: Vec<_> = grid(60).into_iter().collect();
-    let tracks =
-        track(recording, &subsets, &ReferenceFrames::Single(0), &Settings::default(), &|_| ()).unwrap();
+    let tracks = track(recording, &subsets, &ReferenceFrames::Single(0), settings, &|_| ()).unwrap();
     let (mut squares, mut sigmas) = ([0.0; 2], Vec::new());
     for (subset, track) in subsets.iter().zip(&tracks) {
         for (frame, position) in track.positions.iter().enumerate().skip(1) {
@@ -86,7 +85,11 @@ fn outcome(recording: &MemoryRecording) -> ([f64; 2], f64) {
 const BOUND: f64 = 4.5 * 0.045 + 0.04;
 
 fn holds(name: &str, films: impl Iterator<Item = MemoryRecording>) -> f64 {
-    let outcomes: Vec<([f64; 2], f64)> = films.map(|film| outcome(&film)).collect();
+    holds_by(name, films, &Settings::default())
+}
+
+fn holds_by(name: &str, films: impl Iterator<Item = MemoryRecording>, settings: &Settings) -> f64 {
+    let outcomes: Vec<([f64; 2], f64)> = films.map(|film| outcome(&film, settings)).collect();
     let n = outcomes.len() as f64;
     let rms = [0, 1].map(|axis| (outcomes.iter().map(|(rms, _)| rms[axis].powi(2)).sum::<f64>() / n).sqrt());
     let sigma_px = outcomes.iter().map(|(_, sigma)| sigma).sum::<f64>() / n;
@@ -107,4 +110,17 @@ fn what_neighbouring_pixels_share_is_in_sigma() {
     assert!(shared > 3.0_f64.sqrt() * white, "{shared} {white}");
     holds("columns of the sensor", (1..3).map(|seed| film(seed, move |_| lines(seed, 0.0, 0.01))));
     holds("blots of 3 px", (1..3).map(|seed| film(seed, move |_| blots(seed, 0.01))));
+}
+
+/// A surface that may bend is asked how alike its residuals are as well, and noise that neighbouring pixels share is not taken for bends.
+#[test]
+fn what_neighbouring_pixels_share_bends_nothing() {
+    let bends = Settings { surfaces_bend: true, ..Settings::default() };
+    let none = |_| vec![0.0; SIZE[0] * SIZE[1]];
+    holds_by("white noise", (1..3).map(|seed| film(seed, none)), &bends);
+    let of_frame = |seed: u64| film(seed, move |frame| blots(100 * seed + frame as u64, 0.01));
+    holds_by("blots of each frame", (1..3).map(of_frame), &bends);
+    holds_by("blots of the sensor", (1..3).map(|seed| film(seed, move |_| blots(seed, 0.01))), &bends);
+    let lines_of_frame = |seed: u64| film(seed, move |frame| lines(100 * seed + frame as u64, 0.01, 0.01));
+    holds_by("rows and columns of each frame", (1..3).map(lines_of_frame), &bends);
 }

@@ -5,6 +5,11 @@
 
 use chainwave_measurement::{Lost, Position};
 
+use crate::track::bending::Bend;
+use crate::uncertainty::Residual;
+use crate::warp::Warp;
+use crate::{PreparedSubset, Window, Workspace};
+
 /// What some of a track's matches tell of it.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Alike {
@@ -24,6 +29,8 @@ pub(crate) struct Reading {
     pub(crate) of_reference: f64,
 }
 
+/// Share of interpolation in a residual from which on that does not tell how noise and patterns are alike.
+const INTERPOLATED: f64 = 0.02;
 /// Frames from one that is looked at to the next, at most: looking takes about as long as half a match.
 const MOST_STEPS: usize = 16;
 /// Frames of a recording that are looked at, at least, where it has so many.
@@ -32,6 +39,32 @@ const LEAST_READINGS: usize = 64;
 const BY_CHANCE: f64 = 3.0;
 /// Readings before and after a frame that tell its variance, to a tenth.
 const NEAR: usize = 2;
+
+/// What a match leaves.
+pub(crate) struct Left {
+    pub(crate) residual: Residual,
+    /// The same pixel by pixel, in counts.
+    pub(crate) residuals: Vec<f32>,
+}
+
+impl Left {
+    pub(crate) fn of(
+        subset: &PreparedSubset,
+        window: &Window,
+        warp: &Warp,
+        workspace: &mut Workspace,
+    ) -> Option<Self> {
+        let (compared, residual) = subset.compare(window, warp, workspace)?;
+        let residuals = subset.residuals(&compared, workspace);
+        Some(Self { residual, residuals: residuals.into_iter().map(|one| one as f32).collect() })
+    }
+
+    /// Whether interpolation has a part in it that is to be seen.
+    pub(crate) fn is_interpolated(&self) -> bool {
+        let Residual { sum_of_squares, of_interpolation, .. } = self.residual;
+        self.residual.gain_of_scene().powi(2) * of_interpolation.energy > INTERPOLATED * sum_of_squares
+    }
+}
 
 impl Alike {
     /// Whether a frame of a recording with `n_frames` is looked at.
@@ -44,19 +77,33 @@ impl Alike {
     }
 
     /// Enlarges the sigmas of a track; none is made smaller.
-    pub(crate) fn widen(mut self, positions: &mut [Result<Position, Lost>]) {
-        self.readings.sort_by_key(|(frame, _)| *frame);
-        let of_all = [0, 1].map(|axis| Ratio::of(&self.readings, axis));
-        for (frame, position) in positions.iter_mut().enumerate() {
+    pub(crate) fn widen(self, positions: &mut [Result<Position, Lost>]) {
+        for (position, [x, y]) in positions.iter_mut().zip(self.factors()) {
             let Ok(position) = position else { continue };
-            let near = self.near(frame);
-            let [x, y] = [0, 1].map(|axis| Ratio::of(near, axis).factor(&of_all[axis]));
             position.x_px.sigma *= x;
             position.y_px.sigma *= y;
             if let Some(theta_rad) = &mut position.theta_rad {
                 theta_rad.sigma *= x.max(y);
             }
         }
+    }
+
+    /// Enlarges the variances of a track's bends.
+    pub(crate) fn widen_bends(self, bends: &mut [Option<Bend>]) {
+        for (bend, factors) in bends.iter_mut().zip(self.factors()) {
+            let Some(bend) = bend else { continue };
+            bend.variance.iter_mut().zip(factors).for_each(|(variance, factor)| *variance *= factor * factor);
+        }
+    }
+
+    /// What sigmas grow by, frame by frame without an end.
+    fn factors(mut self) -> impl Iterator<Item = [f64; 2]> {
+        self.readings.sort_by_key(|(frame, _)| *frame);
+        let of_all = [0, 1].map(|axis| Ratio::of(&self.readings, axis));
+        (0..).map(move |frame| {
+            let near = self.near(frame);
+            [0, 1].map(|axis| Ratio::of(near, axis).factor(&of_all[axis]))
+        })
     }
 
     /// The readings around a frame.

@@ -23,7 +23,8 @@ use crate::icgn::outcome::Match;
 use crate::uncertainty::sigma_px;
 use crate::{PreparedSubset, Window, Workspace};
 
-/// How far the quadratic shape function finds the centre from where the affine one does, in pixels, with its variance, along x and y.
+/// How far the quadratic shape function finds the centre from where the affine one does, in pixels, with its variance, along x and y: infinite where it
+/// finds none.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Bend {
     pub(crate) difference_px: [f64; 2],
@@ -36,6 +37,9 @@ pub(crate) struct Bend {
 const NEAR_FRAMES: usize = 2;
 /// Standard deviations by which a subset that is not of the others' kind stands out: 6 of 10^5 do by chance.
 const OUTSTANDING: f64 = 4.0;
+/// Share of the fall in the sum of squares that goes with a bend where steps are long, below which the quadratic match is a false one: of those in noise
+/// of 12 %, some pixels to a thousand off, none has a tenth, and bends of waves have all.
+const LEAST_FALL: f64 = 0.25;
 /// Least variance of a difference over that of the affine place: what two matches of one texture differ by through rounding.
 const LEAST_VARIANCE: f64 = 0.05;
 /// Share of the fourth order that textures and odd orders leave open.
@@ -48,20 +52,29 @@ const LEAST_SUBSETS: usize = 4;
 const LARGEST_FOURTH: f64 = 0.15;
 
 impl Bend {
-    /// The bend that the quadratic subset shows at the affine one's match, where that saw it; `None` where it cannot be compared.
+    /// The bend that the quadratic subset shows at the affine one's match, where that saw it.
     pub(crate) fn of(
         [affine, quadratic]: [&PreparedSubset; 2],
         window: &Window,
         found: &Match,
         workspace: &mut Workspace,
-    ) -> Option<Self> {
-        if found.is_whole {
-            return Self::of_seen([affine, quadratic], window, found, workspace);
-        }
-        let visible = affine.visible_at(window, found, workspace)?;
-        let [affine, quadratic] = [affine.only(&visible).ok()?, quadratic.only(&visible).ok()?];
-        Self::of_seen([&affine, &quadratic], window, found, workspace)
+    ) -> Self {
+        let shown = match found.is_whole {
+            true => Self::of_seen([affine, quadratic], window, found, workspace),
+            false => affine.visible_at(window, found, workspace).and_then(|visible| {
+                let [affine, quadratic] = [affine.only(&visible).ok()?, quadratic.only(&visible).ok()?];
+                Self::of_seen([&affine, &quadratic], window, found, workspace)
+            }),
+        };
+        let untold = || Self {
+            difference_px: [0.0; 2],
+            variance: [f64::INFINITY; 2],
+            gradient: found.warp().gradient,
+        };
+        shown.unwrap_or_else(untold)
     }
+
+    /// `None` where the quadratic subset is not found, or elsewhere than the affine one.
 
     fn of_seen(
         [affine, quadratic]: [&PreparedSubset; 2],
@@ -91,16 +104,32 @@ impl Bend {
             return Some(bend);
         }
         // A long step is not the whole of it, and what it leaves is no noise.
-        let Ok(whole) = quadratic.solve(window, stepped, workspace) else { return Some(bend) };
-        let Position { x_px, y_px, .. } = whole.position;
+        let whole = quadratic.solve(window, stepped, workspace).ok()?;
+        let Position { x_px, y_px, zncc, .. } = whole.position;
         let ratio =
             [0, 1].map(|axis| variance(sigma_px(quadratic, &warp, &residual))[axis] / own[axis].powi(2));
         let of_whole = [x_px, y_px].map(|estimate| estimate.sigma.powi(2));
-        Some(Self {
+        let bend = Self {
             difference_px: away([x_px.value, y_px.value]),
             variance: [0, 1].map(|axis| of_whole[axis] * ratio[axis] / (1.0 + ratio[axis])),
             gradient: warp.gradient,
-        })
+        };
+        let fall = quadratic.n_used as f64 * ((1.0 - place.zncc.powi(2)) / (1.0 - zncc.powi(2)) - 1.0);
+        (bend.least_fall() * LEAST_FALL <= fall).then_some(bend)
+    }
+}
+
+impl Bend {
+    /// What the sum of squares over the noise falls by at least where the quadratic place is as far from the affine one as this: a model that has the other
+    /// one in it explains as much more as its place is unlikely to be the other's.
+    fn least_fall(&self) -> f64 {
+        let fall = |axis: usize| self.difference_px[axis].powi(2) / self.variance[axis];
+        fall(0).max(fall(1))
+    }
+
+    /// Whether it tells anything.
+    fn is_told(&self) -> bool {
+        self.variance.iter().all(|variance| variance.is_finite())
     }
 }
 
@@ -146,7 +175,9 @@ pub(crate) fn tell(bends: &[Vec<Option<Bend>>], subsets: &[Subset]) -> AllBends 
         let near = frame.saturating_sub(NEAR_FRAMES)..(frame + NEAR_FRAMES + 1).min(n_frames);
         let near: Vec<Vec<Bend>> = bends
             .iter()
-            .map(|of_subset| of_subset[near.clone()].iter().flatten().copied().collect())
+            .map(|of_subset| {
+                of_subset[near.clone()].iter().flatten().filter(|bend| bend.is_told()).copied().collect()
+            })
             .collect();
         let n_subsets = near.iter().filter(|bends| !bends.is_empty()).count();
         for axis in [0, 1] {
@@ -268,6 +299,10 @@ impl Sizes {
 
     /// The bend that a difference with its variance shows.
     fn bend(&self, [d, v]: [f64; 2]) -> Estimate {
+        if v.is_infinite() {
+            let mean_square = self.likely.iter().map(|[size, p]| p * size).sum::<f64>();
+            return Estimate::new(0.0, mean_square.sqrt());
+        }
         let mean = |of: &dyn Fn(f64) -> f64| -> f64 {
             self.likely.iter().map(|[size, p]| p * of(size / (v + size))).sum()
         };

@@ -10,7 +10,7 @@ use crate::icgn::outcome::Match;
 use crate::icgn::visible::noise_ratio;
 use crate::search::rivals::PlaceMatch;
 use crate::structure::Structure;
-use crate::track::alike::{self, Alike};
+use crate::track::alike::{self, Alike, Left};
 use crate::track::bending::Bend;
 use crate::track::cells::Cells;
 use crate::track::continuity::Continuity;
@@ -20,7 +20,7 @@ use crate::track::partly_hidden::Parts;
 use crate::track::predict::History;
 use crate::track::renewal::Decay;
 use crate::track::tracker::Found;
-use crate::uncertainty::{angle_rad, reference_sigma_px};
+use crate::uncertainty::{angle_rad, reference_sigma_px, sigma_px};
 use crate::warp::Warp;
 use crate::{CorrelationError, PreparedSubset, Reference, ReferenceFrames, Settings, Shape, Window};
 
@@ -42,8 +42,9 @@ pub(crate) struct Follower<'a> {
     pub(crate) shape_test: Option<ShapeTest>,
     /// What the quadratic shape function finds otherwise than the affine one, frame by frame.
     pub(crate) bends: Vec<Option<Bend>>,
-    /// How alike the residuals of neighbouring pixels are.
+    /// How alike the residuals of neighbouring pixels are, by what that makes of the place and of its bends.
     pub(crate) alike: Alike,
+    pub(crate) bends_alike: Alike,
     /// Whether it was expected elsewhere than in the reference from the beginning.
     starts_elsewhere: bool,
     /// The times that the subset was prepared anew.
@@ -71,8 +72,8 @@ struct Original {
 
 /// A place that is nearer to a subset's own than this is that.
 const OWN_PLACE_PX: f64 = 1.0;
-/// Share of interpolation in a residual from which on that does not tell how noise and patterns are alike.
-const INTERPOLATED: f64 = 0.02;
+/// Share of the residual's square that the quadratic shape function takes from the affine one's, from which on that is no noise alone.
+const BENT: f64 = 0.05;
 /// What the whole subset leaves over what its match left, beyond which a part of it was hidden then.
 const HIDDEN: f64 = 2.0;
 
@@ -84,9 +85,17 @@ struct Target {
     subset: PreparedSubset,
     /// The same with the quadratic shape function, where it is asked what the affine one leaves.
     quadratic: Option<PreparedSubset>,
-    /// Its variance by residuals that are alike, where bends do not tell what the shape function leaves.
-    structure: Option<Structure>,
+    /// The subset's variance by residuals that are alike.
+    structure: Structure,
+    /// The same where bends are asked for.
+    bent: Option<StructureOfBent>,
     standard: Standard,
+}
+
+/// What residuals that are alike make of a subset on a surface that bends, by those that the quadratic shape function leaves.
+struct StructureOfBent {
+    of_place: Structure,
+    of_bend: Structure,
 }
 
 impl Target {
@@ -103,8 +112,12 @@ impl Target {
             asks.then(|| PreparedSubset::new(&reference, subset, &of_second_order).ok()).flatten();
         Ok(PreparedSubset::new(&reference, subset, settings).map(|subset| {
             let standard = Standard::new(recording, frames, &subset);
-            let structure = (!asks).then(|| Structure::of(&subset));
-            Self { subset, quadratic, structure, standard }
+            let structure = Structure::of(&subset, &subset);
+            let bent = quadratic.as_ref().map(|quadratic| StructureOfBent {
+                of_place: Structure::of(&subset, quadratic),
+                of_bend: Structure::of_difference(&subset, quadratic),
+            });
+            Self { subset, quadratic, structure, bent, standard }
         }))
     }
 }
@@ -128,6 +141,7 @@ impl<'a> Follower<'a> {
             target,
             decay: Decay::default(),
             alike: Alike::default(),
+            bends_alike: Alike::default(),
             starts_elsewhere: false,
             renewals: Vec::new(),
             original: None,
@@ -327,36 +341,56 @@ impl<'a> Follower<'a> {
         let Matcher { window, workspace, .. } = &mut self.matcher;
         let bend = Bend::of([subset, quadratic], window, found, workspace);
         if let Some(kept) = self.bends.get_mut(frame) {
-            *kept = bend;
+            *kept = Some(bend);
         }
     }
 
     /// Notes how alike the residuals of neighbouring pixels are, of a subset that is seen whole.
     fn note_alike(&mut self, frame: usize, found: &Match) {
-        let Ok(Target { subset, structure: Some(structure), .. }) = &self.target else { return };
-        let warp = found.warp();
+        let Ok(Target { subset, quadratic, structure, bent, .. }) = &self.target else { return };
         let is_asked = !self.is_sole_reference(frame) && Alike::looks_at(frame, self.n_frames());
-        if !is_asked || self.matcher.have_window(subset, frame, &warp).is_err() {
+        if !is_asked || self.matcher.have_window(subset, frame, &found.warp()).is_err() {
             return;
         }
         let Matcher { window, workspace, .. } = &mut self.matcher;
-        let Some((compared, residual)) = subset.compare(window, &warp, workspace) else { return };
+        let warp = found.warp();
+        let Some(left) = Left::of(subset, window, &warp, workspace) else { return };
         // What interpolation leaves is as smooth as the texture, and stated elsewhere; and what an obstacle hides was left out of the match.
-        let of_interpolation = residual.gain_of_scene().powi(2) * residual.of_interpolation.energy;
-        let is_interpolated = of_interpolation > INTERPOLATED * residual.sum_of_squares;
-        if is_interpolated || noise_ratio(subset, &residual) > HIDDEN * found.noise_ratio {
+        if left.is_interpolated() || noise_ratio(subset, &left.residual) > HIDDEN * found.noise_ratio {
             return;
         }
-        let residuals = subset.residuals(&compared, workspace);
-        let residuals: Vec<f32> = residuals.into_iter().map(|residual| residual as f32).collect();
-        let Position { x_px, y_px, .. } = found.position;
-        let reading = alike::Reading {
-            variance_px2: structure.variance_px2(&warp, &residuals, compared.gain),
-            sigma_px: [x_px.sigma, y_px.sigma],
+        let of_reference = 1.0 / (1.0 + subset.n_averaged);
+        let reading = |structure: &Structure, left: &Left, sigma_px: [f64; 2]| alike::Reading {
+            variance_px2: structure.variance_px2(&warp, &left.residuals, left.residual.gain),
+            sigma_px,
             scatter: structure.scatter,
-            of_reference: 1.0 / (1.0 + subset.n_averaged),
+            of_reference,
         };
-        self.alike.note(frame, reading);
+        // The quadratic match is a step from the affine one.
+        let bent = quadratic.as_ref().zip(bent.as_ref()).and_then(|(quadratic, bent)| {
+            let (here, _) = quadratic.compare(window, &warp, workspace)?;
+            let left = Left::of(quadratic, window, &warp.compose_inverse(&here.step)?, workspace)?;
+            Some((quadratic, bent, left))
+        });
+        let Position { x_px, y_px, .. } = found.position;
+        let as_stated = [x_px.sigma, y_px.sigma];
+        let Some((quadratic, bent, by_quadratic)) = bent else {
+            self.alike.note(frame, reading(structure, &left, as_stated));
+            return;
+        };
+        let [of_affine, of_quadratic] =
+            [subset, quadratic].map(|subset| sigma_px(subset, &warp, &by_quadratic.residual));
+        let of_bend = [0, 1].map(|axis| of_quadratic[axis].powi(2) - of_affine[axis].powi(2));
+        let is_bent = left.residual.sum_of_squares > (1.0 + BENT) * by_quadratic.residual.sum_of_squares;
+        self.alike.note(
+            frame,
+            match is_bent {
+                true => reading(&bent.of_place, &by_quadratic, of_affine),
+                false => reading(structure, &left, as_stated),
+            },
+        );
+        let of_bend = of_bend.map(|variance| variance.max(0.0).sqrt());
+        self.bends_alike.note(frame, reading(&bent.of_bend, &by_quadratic, of_bend));
     }
 
     /// The match in a frame, and whether the frame by itself tells that it is right.

@@ -90,11 +90,13 @@ impl Clocks {
     fn by_most_views(&self, shown: &[ClockShown]) -> Option<Self> {
         let of_views = || self.told.iter().filter(|clock| clock.of.is_view() && clock.or.is_none());
         let like = |one: &FrameRateError| {
-            let is_like = |other: &&FrameRateError| (other.excess - one.excess).abs() < ALIKE * one.excess.abs();
+            let is_like =
+                |other: &&FrameRateError| (other.excess - one.excess).abs() < ALIKE * one.excess.abs();
             of_views().filter(is_like).collect::<Vec<_>>()
         };
         let alike = of_views().map(like).max_by_key(Vec::len)?;
-        let is_right = |one: &&ClockShown| one.of.is_view() && !self.told.iter().any(|clock| clock.of == one.of);
+        let is_right =
+            |one: &&ClockShown| one.of.is_view() && !self.told.iter().any(|clock| clock.of == one.of);
         let right: Vec<&ClockShown> = shown.iter().filter(is_right).collect();
         if alike.len() <= right.len() {
             return None;
