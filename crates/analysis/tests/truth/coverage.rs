@@ -2,9 +2,9 @@
 
 use chainwave_analysis::{MeasureSettings, Measurement, exact_motion, measure, replicate};
 use chainwave_measurement::{ChainMotion, Estimate};
-use chainwave_mechanics::FarEnd;
+use chainwave_mechanics::{FarEnd, PowerLaw};
 
-use crate::common::{PITCH_M, damped_chain, paper_chain, ring_law, with_late_view, with_sigma};
+use crate::common::{PITCH_M, damped_chain, paper_chain, with_late_view, with_sigma};
 
 const N_EXPERIMENTS: usize = 40;
 
@@ -68,7 +68,7 @@ impl Coverage {
 }
 
 fn measured(motion: &ChainMotion, seed: u64) -> Measurement {
-    let law = ring_law();
+    let law = PowerLaw::ELLIPTICAL_RING;
     let settings = MeasureSettings {
         n_replicas: N_REPLICAS,
         velocity_gaps: Some(3..=9),

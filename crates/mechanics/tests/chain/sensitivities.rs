@@ -51,9 +51,9 @@ const NUMBERS: [(&str, Number, f64); 8] = [
     ("v_s", v_s, 2.73),
     ("m_s", m_s, STRIKER_KG),
     ("m", mass, MASS_KG),
-    ("a", |chain, value| law(chain, |law| law.a = value), 60.1),
-    ("delta_0", |chain, value| law(chain, |law| law.delta_0_m = value), 2.27e-3),
-    ("p", |chain, value| law(chain, |law| law.p = value), 0.114),
+    ("a", |chain, value| law(chain, |law| law.a = value), PowerLaw::ELLIPTICAL_RING.a),
+    ("delta_0", |chain, value| law(chain, |law| law.delta_0_m = value), PowerLaw::ELLIPTICAL_RING.delta_0_m),
+    ("p", |chain, value| law(chain, |law| law.p = value), PowerLaw::ELLIPTICAL_RING.p),
 ];
 
 fn with(chain: &Chain, number: Number, value: f64) -> Chain {
@@ -323,8 +323,13 @@ fn gaps_of_their_own_are_followed() {
         }
     };
     let schedule = fine(0.01, 1e-4);
-    let found = simulate_with_sensitivities(&chain, &schedule, &[change(&chain, third, 60.1, 1e-4)]).unwrap();
-    let expected = difference(&chain, &schedule, third, 60.1);
+    let found = simulate_with_sensitivities(
+        &chain,
+        &schedule,
+        &[change(&chain, third, PowerLaw::ELLIPTICAL_RING.a, 1e-4)],
+    )
+    .unwrap();
+    let expected = difference(&chain, &schedule, third, PowerLaw::ELLIPTICAL_RING.a);
     assert!(differs_by(&found.derivatives[0].displacement_m, &expected) < 5e-7);
 }
 
