@@ -34,7 +34,7 @@ pub(crate) const FOLDER: Format = Format {
 
 pub(crate) const IMAGE: Format = Format {
     name: "PNG, BMP, JPEG or PGM image",
-    recognises: |candidate| Kind::of(&candidate.head).is_some(),
+    recognises: |candidate| ImageKind::of(&candidate.head).is_some(),
     open: |path, options| open(path, vec![path.into()], &Numbering::single(), options),
     files: itself,
 };
@@ -43,7 +43,7 @@ pub(crate) const IMAGE: Format = Format {
 const IMAGE_NAMES: [&str; 7] = ["tif", "tiff", "png", "bmp", "jpg", "jpeg", "pgm"];
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Kind {
+enum ImageKind {
     Tiff,
     Png,
     Bmp,
@@ -51,7 +51,7 @@ enum Kind {
     Pgm,
 }
 
-impl Kind {
+impl ImageKind {
     fn of(head: &[u8]) -> Option<Self> {
         if tiff::is_tiff(head) {
             Some(Self::Tiff)
@@ -80,15 +80,15 @@ impl Kind {
 }
 
 /// Opens an image of whatever kind its first bytes say.
-fn load(path: &Path) -> Result<(Kind, Picture), CameraError> {
+fn load(path: &Path) -> Result<(ImageKind, Picture), CameraError> {
     let head = read_head(path)?;
     let picture = |kind, picture: Result<Picture, CameraError>| picture.map(|picture| (kind, picture));
-    match Kind::of(&head) {
-        Some(Kind::Tiff) => picture(Kind::Tiff, tiff::load(path)),
-        Some(Kind::Png) => picture(Kind::Png, png::load(path)),
-        Some(Kind::Bmp) => picture(Kind::Bmp, bmp::load(path)),
-        Some(Kind::Jpeg) => picture(Kind::Jpeg, jpeg::load(path)),
-        Some(Kind::Pgm) => picture(Kind::Pgm, pgm::load(path)),
+    match ImageKind::of(&head) {
+        Some(ImageKind::Tiff) => picture(ImageKind::Tiff, tiff::load(path)),
+        Some(ImageKind::Png) => picture(ImageKind::Png, png::load(path)),
+        Some(ImageKind::Bmp) => picture(ImageKind::Bmp, bmp::load(path)),
+        Some(ImageKind::Jpeg) => picture(ImageKind::Jpeg, jpeg::load(path)),
+        Some(ImageKind::Pgm) => picture(ImageKind::Pgm, pgm::load(path)),
         None => Err(CameraError::Malformed {
             path: path.into(),
             what: "image".into(),
@@ -111,7 +111,7 @@ fn open_folder(path: &Path, options: &OpenOptions) -> Opened {
     let (mut unreadable, mut others) = (Vec::new(), Vec::new());
     for file in files_in(path)? {
         let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        match Kind::of(&read_head(&file)?) {
+        match ImageKind::of(&read_head(&file)?) {
             Some(kind) => images.push((kind, name, file)),
             None if IMAGE_NAMES.iter().any(|extension| has_extension(&file, extension)) => {
                 unreadable.push(name);
@@ -126,7 +126,7 @@ fn open_folder(path: &Path, options: &OpenOptions) -> Opened {
             hint: "name the recordings in it one by one, or by a pattern".into(),
         });
     }
-    let names: Vec<(Kind, &str)> = images.iter().map(|(kind, name, _)| (*kind, name.as_str())).collect();
+    let names: Vec<(ImageKind, &str)> = images.iter().map(|(kind, name, _)| (*kind, name.as_str())).collect();
     let mut numbering = Numbering::of(&names).map_err(|(what, hint)| CameraError::Unsupported {
         path: path.into(),
         what,
@@ -153,7 +153,7 @@ fn open(path: &Path, mut files: Vec<PathBuf>, numbering: &Numbering, options: &O
     let schedule = Schedule::of(path, &files, numbering, options)?;
     let mut remarks = schedule.warnings;
     remarks.extend(unstated_depth(bit_depth));
-    remarks.extend((kind == Kind::Jpeg).then(|| jpeg::LOSSY.into()));
+    remarks.extend((kind == ImageKind::Jpeg).then(|| jpeg::LOSSY.into()));
     remarks.extend(numbering.warnings.iter().cloned());
     if files.len() < n_stated {
         remarks.push(partial::warning(files.len(), Some(n_stated)));

@@ -16,7 +16,7 @@ use crate::failure::Failure;
 use pairs::{PAIRS, PROGRAMS, Pair, Program};
 pub(crate) use processor::Machine;
 use processor::load;
-use table::Row;
+use table::RatioRow;
 use times::Time;
 
 /// Where the tables lie, one a processor and instruction set.
@@ -59,7 +59,7 @@ pub(crate) fn run(bench: &Bench) -> Result<(), Failure> {
         }
         rounds.push(round_times);
     }
-    let rows: Vec<Row> = PAIRS.iter().filter_map(|pair| of_rounds(pair, &rounds)).collect();
+    let rows: Vec<RatioRow> = PAIRS.iter().filter_map(|pair| of_rounds(pair, &rounds)).collect();
     close(bench, &machine, busy, &rows)
 }
 
@@ -81,16 +81,21 @@ fn line(program: Program) -> CommandLine {
     )
 }
 
-fn of_rounds(pair: &Pair, rounds: &[Times]) -> Option<Row> {
+fn of_rounds(pair: &Pair, rounds: &[Times]) -> Option<RatioRow> {
     let time = |round: &Times, (program, path): (Program, &str)| {
         round.get(&(program.name, path.to_owned())).copied()
     };
     let ratio = |round: &Times| Some(times::ratio(time(round, pair.ours)?, time(round, pair.other)?));
-    Row::of_rounds(pair.measure, pair.against, rounds.iter().filter_map(ratio).collect())
+    RatioRow::of_rounds(pair.measure, pair.against, rounds.iter().filter_map(ratio).collect())
 }
 
 /// Prints the table beside the earlier one, and writes it where that is asked.
-fn close(bench: &Bench, machine: &Machine, busy: Option<(f64, usize)>, rows: &[Row]) -> Result<(), Failure> {
+fn close(
+    bench: &Bench,
+    machine: &Machine,
+    busy: Option<(f64, usize)>,
+    rows: &[RatioRow],
+) -> Result<(), Failure> {
     let path = workspace().join(TABLES).join(machine.file_name());
     let earlier = match fs::read_to_string(&path) {
         Err(why) if why.kind() == io::ErrorKind::NotFound => Vec::new(),
@@ -110,7 +115,8 @@ fn close(bench: &Bench, machine: &Machine, busy: Option<(f64, usize)>, rows: &[R
         let folder = path.parent().map_or_else(PathBuf::new, Path::to_owned);
         fs::create_dir_all(&folder).map_err(Failure::at(&folder))?;
         let mut rows = table::with_others_of(rows, &earlier);
-        let is_of = |pair: &Pair, row: &Row| (pair.measure, pair.against) == (&*row.measure, &*row.against);
+        let is_of =
+            |pair: &Pair, row: &RatioRow| (pair.measure, pair.against) == (&*row.measure, &*row.against);
         rows.sort_by_key(|row| PAIRS.iter().position(|pair| is_of(pair, row)));
         fs::write(&path, table::written(&about, &rows)).map_err(Failure::at(&path))?;
         println!("{}: written", path.display());

@@ -5,7 +5,7 @@ use pulp::{Simd, WithSimd};
 use super::gap_interpolant::GapInterpolant;
 use crate::equations::{model::ChainModel, state::ChainState};
 use crate::{
-    integrator::step::Step,
+    integrator::step::TimeStep,
     lanes::{self, PADDING, PartialSums, columns::Columns, row::AlignedRow},
 };
 
@@ -68,7 +68,7 @@ impl Ledger {
         model: &ChainModel<'_>,
         from: &ChainState,
         to: &ChainState,
-        step: Step,
+        step: TimeStep,
     ) -> (f64, f64) {
         let reach = chainwave_vectors::dispatch(BookGaps { ledger: self, from, to, step });
         if !self.may_peak.is_empty() {
@@ -119,7 +119,7 @@ impl Ledger {
 
     /// Looks for peaks between the ends of a step.
     #[cold]
-    fn book_peaks(&mut self, model: &ChainModel<'_>, ends: [&ChainState; 2], step: Step) {
+    fn book_peaks(&mut self, model: &ChainModel<'_>, ends: [&ChainState; 2], step: TimeStep) {
         while let Some(first) = self.may_peak.pop() {
             for gap in first..(first + PADDING).min(model.n_masses()) {
                 if self.may_peak(ends, step.h_s, gap) {
@@ -136,7 +136,7 @@ impl Ledger {
         rate * rate_after < 0.0 && (reach_m > self.most_m[gap] || reach_m < self.least_m[gap])
     }
 
-    fn book_peak(&mut self, model: &ChainModel<'_>, ends: [&ChainState; 2], step: Step, gap: usize) {
+    fn book_peak(&mut self, model: &ChainModel<'_>, ends: [&ChainState; 2], step: TimeStep, gap: usize) {
         let course = GapInterpolant::of_gap(model, ends, step, gap);
         let part = course.turn();
         let peak_m = course.overlap_m(part);
@@ -152,7 +152,7 @@ struct BookGaps<'a> {
     ledger: &'a mut Ledger,
     from: &'a ChainState,
     to: &'a ChainState,
-    step: Step,
+    step: TimeStep,
 }
 
 impl WithSimd for BookGaps<'_> {

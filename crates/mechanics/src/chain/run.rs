@@ -7,7 +7,7 @@ use super::{
 use crate::equations::{
     model::ChainModel,
     parameters::Chain,
-    row::{End, Row},
+    row::{MassRow, RowEnd},
     state::ChainState,
 };
 use crate::{
@@ -16,7 +16,7 @@ use crate::{
     integrator::{
         method::Method,
         rung::Rung,
-        step::{LocalError, Step},
+        step::{LocalError, TimeStep},
     },
 };
 
@@ -89,7 +89,7 @@ impl<'a> Run<'a, Recorder> {
     ) -> Result<Self, MechanicsError> {
         let kept = (0..order.n_outputs).step_by(order.keep_every);
         let times_s: Vec<f64> = kept.map(|k| k as f64 * order.output_interval_s).collect();
-        let recorder = Recorder::new(chain.n_bodies(), times_s, order.keep_every, &Row::of(chain));
+        let recorder = Recorder::new(chain.n_bodies(), times_s, order.keep_every, &MassRow::of(chain));
         let (mut run, mut at) = Self::begin(chain, pace, order, recorder)?;
         run.go_on(&mut at, order.n_outputs - 1)?;
         if let Some((gap, end_m)) = pace.fallen_off(&run.ledger) {
@@ -183,7 +183,7 @@ impl<'a, R: Record> Run<'a, R> {
             let (h_s, cut) = self.step(time_s, target_s, &at.state, &mut at.ahead)?;
             let reached = cut.is_none() && time_s + h_s * (1.0 + 1e-5) >= target_s;
             let end_s = if reached { target_s } else { time_s + h_s };
-            let reach = self.ledger.book_gaps(&self.model, &at.state, &at.ahead, Step { time_s, h_s });
+            let reach = self.ledger.book_gaps(&self.model, &at.state, &at.ahead, TimeStep { time_s, h_s });
             self.control.reach(self.model.reach_of_bodies(&at.ahead, reach));
             while at.next_output < self.order.n_outputs && self.time_of(at.next_output) <= end_s {
                 let output_s = self.time_of(at.next_output);
@@ -191,7 +191,7 @@ impl<'a, R: Record> Run<'a, R> {
                 if (reached && output_s >= target_s) || !self.control.passes_outputs {
                     self.output(at.next_output, &at.ahead)?;
                 } else {
-                    let step = Step { time_s, h_s };
+                    let step = TimeStep { time_s, h_s };
                     let fraction = (output_s - time_s) / h_s;
                     let ends = [&at.state, &at.ahead];
                     self.rung.interpolate(&self.model, ends, step, fraction, &mut at.between);
@@ -229,11 +229,11 @@ impl<'a, R: Record> Run<'a, R> {
         target_s: f64,
         state: &ChainState,
         ahead: &mut ChainState,
-    ) -> Result<(f64, Option<End>), MechanicsError> {
+    ) -> Result<(f64, Option<RowEnd>), MechanicsError> {
         let before = self.rung.evaluations();
         let mut h_s = self.control.step_s(target_s - time_s);
         loop {
-            self.rung.advance(&self.model, state, Step { time_s, h_s }, ahead);
+            self.rung.advance(&self.model, state, TimeStep { time_s, h_s }, ahead);
             let Some(shorter_s) = self.control.judge(self.rung.local_error(), h_s) else { break };
             if shorter_s < self.control.least_s {
                 if self.model.gap_jumps(state, ahead) {
@@ -245,7 +245,7 @@ impl<'a, R: Record> Run<'a, R> {
             }
             h_s = shorter_s;
         }
-        let cut = cut_at_switch(&mut self.rung, &self.model, state, Step { time_s, h_s }, ahead);
+        let cut = cut_at_switch(&mut self.rung, &self.model, state, TimeStep { time_s, h_s }, ahead);
         self.steps += 1;
         self.force_evaluations += (self.rung.evaluations() - before) * state.active as u64;
         Ok(cut.map_or((h_s, None), |(part_s, end)| (part_s, Some(end))))
@@ -254,7 +254,7 @@ impl<'a, R: Record> Run<'a, R> {
     fn switch(
         &mut self,
         state: &mut ChainState,
-        end: End,
+        end: RowEnd,
         time_s: f64,
         in_a_row: u32,
     ) -> Result<(), MechanicsError> {

@@ -11,7 +11,7 @@ use crate::equations::{
     ground::Ground,
     model::{ChainModel, PhasePoint},
     parameters::Chain,
-    row::End,
+    row::RowEnd,
     state::{ChainState, row_length},
 };
 use crate::{
@@ -146,7 +146,7 @@ impl<'a> Along<'a> {
     }
 
     /// Opens or closes the contact of an end's striker; says how, where it closes.
-    pub(super) fn switch(&mut self, motion: &Trajectory, end: End, time_s: f64) -> Option<Closing> {
+    pub(super) fn switch(&mut self, motion: &Trajectory, end: RowEnd, time_s: f64) -> Option<Closing> {
         let touching = &mut self.state.touching[end.index()];
         *touching = !*touching;
         let closes = *touching;
