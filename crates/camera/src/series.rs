@@ -19,7 +19,7 @@ use crate::format::{Format, Opened, itself};
 use crate::mraw::header_beside;
 use crate::options::OpenOptions;
 use crate::partial;
-use crate::picture::Picture;
+use crate::picture::{Picture, PictureShape};
 use crate::timing::unstated_depth;
 use crate::{bmp, jpeg, pgm, png, tiff};
 use numbering::Numbering;
@@ -142,7 +142,7 @@ fn open_folder(path: &Path, options: &OpenOptions) -> Opened {
 
 fn open(path: &Path, mut files: Vec<PathBuf>, numbering: &Numbering, options: &OpenOptions) -> Opened {
     let (kind, first) = load(&files[0])?;
-    let shape @ (_, _, bit_depth) = first.shape();
+    let shape = first.shape();
     let n_stated = files.len();
     if options.partial {
         // The copy of a folder ends in an image that is cut short, or in some that are empty.
@@ -152,14 +152,14 @@ fn open(path: &Path, mut files: Vec<PathBuf>, numbering: &Numbering, options: &O
     }
     let schedule = Schedule::of(path, &files, numbering, options)?;
     let mut remarks = schedule.warnings;
-    remarks.extend(unstated_depth(bit_depth));
+    remarks.extend(unstated_depth(shape.bits));
     remarks.extend((kind == ImageKind::Jpeg).then(|| jpeg::LOSSY.into()));
     remarks.extend(numbering.warnings.iter().cloned());
     if files.len() < n_stated {
         remarks.push(partial::warning(files.len(), Some(n_stated)));
     }
     let extent = if path.is_dir() { "series" } else { "image" };
-    let format = format!("{} {extent} {bit_depth} bit", kind.name());
+    let format = format!("{} {extent} {} bit", kind.name(), shape.bits);
     let info = RecordingInfo {
         first_image: schedule.first_image,
         camera: schedule.camera,
@@ -174,16 +174,14 @@ fn open(path: &Path, mut files: Vec<PathBuf>, numbering: &Numbering, options: &O
 struct SeriesImages {
     files: Vec<PathBuf>,
     cache: FrameCache<(), Picture>,
-    /// Width, height and bits of a pixel.
-    shape: (usize, usize, u32),
+    shape: PictureShape,
 }
 
 impl SeriesImages {
     fn picture(&self, frame: usize) -> Result<Picture, String> {
         let (_, picture) = load(&self.files[frame]).map_err(|error| error.to_string())?;
         if picture.shape() != self.shape {
-            let text = |(width, height, bits)| format!("{width} x {height} px of {bits} bits");
-            let (expected, found) = (text(self.shape), text(picture.shape()));
+            let (expected, found) = (self.shape, picture.shape());
             return Err(format!("{}: expected {expected}, found {found}", self.files[frame].display()));
         }
         Ok(picture)

@@ -3,7 +3,10 @@
 use pulp::{Simd, WithSimd};
 
 use super::gap_interpolant::GapInterpolant;
-use crate::equations::{model::ChainModel, state::ChainState};
+use crate::equations::{
+    model::ChainModel,
+    state::{ChainState, Reach},
+};
 use crate::{
     integrator::step::TimeStep,
     lanes::{self, PADDING, PartialSums, columns::Columns, row::AlignedRow},
@@ -62,14 +65,14 @@ impl Ledger {
         ledger
     }
 
-    /// Books a step; returns the largest displacement (metres) and velocity (metres per second) at its end.
+    /// Books a step; returns the reach of all masses at its end.
     pub(crate) fn book_gaps(
         &mut self,
         model: &ChainModel<'_>,
         from: &ChainState,
         to: &ChainState,
         step: TimeStep,
-    ) -> (f64, f64) {
+    ) -> Reach {
         let reach = chainwave_vectors::dispatch(BookGaps { ledger: self, from, to, step });
         if !self.may_peak.is_empty() {
             self.book_peaks(model, [from, to], step);
@@ -156,11 +159,11 @@ struct BookGaps<'a> {
 }
 
 impl WithSimd for BookGaps<'_> {
-    type Output = (f64, f64);
+    type Output = Reach;
 
     /// Ends of the step for all gaps, and which of them want a look in between.
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> (f64, f64) {
+    fn with_simd<S: Simd>(self, simd: S) -> Reach {
         let Self { ledger, from, to, step } = self;
         let n = to.active;
         let h = simd.splat_f64s(step.h_s);
@@ -216,7 +219,7 @@ impl WithSimd for BookGaps<'_> {
             },
         );
         ledger.tension_events += simd.reduce_sum_f64s(passes) as u64;
-        (simd.reduce_max_f64s(x), simd.reduce_max_f64s(v))
+        Reach { x_m: simd.reduce_max_f64s(x), v_m_per_s: simd.reduce_max_f64s(v) }
     }
 }
 

@@ -8,7 +8,7 @@ use crate::equations::{
     model::ChainModel,
     parameters::Chain,
     row::{MassRow, RowEnd},
-    state::ChainState,
+    state::{ChainState, Reach},
 };
 use crate::{
     check,
@@ -349,7 +349,7 @@ impl Control {
         state: &ChainState,
     ) -> Result<Self, MechanicsError> {
         let omega_rad_per_s = pace.omega_at_rest();
-        let (x_m, v_m_per_s) = model.first_reach(state);
+        let Reach { x_m, v_m_per_s } = model.first_reach(state);
         let duration_s = order.output_interval_s * (order.n_outputs - 1) as f64;
         let scale_s = if omega_rad_per_s > 0.0 { omega_rad_per_s.recip() } else { duration_s };
         let mut control = Self {
@@ -449,11 +449,11 @@ impl Control {
         of_size(error.x_m, self.x_m).max(of_size(error.v_m_per_s, tolerance.omega_rad_per_s * self.x_m))
     }
 
-    /// Takes in the largest displacement and velocity of a state.
-    fn reach(&mut self, (x_m, v_m_per_s): (f64, f64)) {
-        self.x_m = self.x_m.max(x_m);
-        self.reached_m = self.reached_m.max(x_m);
-        self.v_m_per_s = self.v_m_per_s.max(v_m_per_s);
+    /// Takes in a state's reach.
+    fn reach(&mut self, of_state: Reach) {
+        self.x_m = self.x_m.max(of_state.x_m);
+        self.reached_m = self.reached_m.max(of_state.x_m);
+        self.v_m_per_s = self.v_m_per_s.max(of_state.v_m_per_s);
     }
 
     /// Sum of the steps' errors over the largest displacement that bodies reached, which may stay below the scale that the steps were

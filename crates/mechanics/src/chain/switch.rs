@@ -3,7 +3,7 @@
 use super::gap_interpolant::GapInterpolant;
 use crate::equations::{model::ChainModel, row::RowEnd, state::ChainState};
 use crate::{
-    contact::striker::StrikerContact,
+    contact::striker::{GapState, StrikerContact},
     integrator::{rung::Rung, step::TimeStep},
 };
 
@@ -121,7 +121,7 @@ impl HeldContact<'_> {
     /// Positive where the contact, as it is held, contradicts its own condition, in newtons.
     fn excess_n(&self, state: &ChainState) -> f64 {
         let gap = self.contact.gap;
-        let margin_n = self.contact.margin_n(state.overlap_m(gap), state.closing_m_per_s(gap));
+        let margin_n = self.contact.margin_n(state.gap(gap));
         if state.touching[self.end.index()] { -margin_n } else { margin_n }
     }
 
@@ -133,23 +133,21 @@ impl HeldContact<'_> {
         let Self { model, contact, end } = *self;
         let TimeStep { h_s, .. } = step;
         let touching = from.touching[end.index()];
-        let ends =
-            [from, ahead].map(|state| (state.overlap_m(contact.gap), state.closing_m_per_s(contact.gap)));
+        let ends = [from, ahead].map(|state| state.gap(contact.gap));
         if contact.stays(touching, ends, h_s) {
             return None;
         }
         let course = GapInterpolant::of_gap(model, [from, ahead], step, contact.gap);
-        let at = |part: f64| (course.overlap_m(part), course.rate_m_per_s(part));
-        let switched = |part: f64| {
-            let (overlap_m, closing_m_per_s) = at(part);
-            contact.must_switch(touching, overlap_m, closing_m_per_s)
+        let at = |part: f64| GapState {
+            overlap_m: course.overlap_m(part),
+            closing_m_per_s: course.rate_m_per_s(part),
         };
+        let switched = |part: f64| contact.must_switch(touching, at(part));
         let places = (1..LOOKS).map(|i| f64::from(i) / f64::from(LOOKS));
         if let Some(part) = places.clone().find(|part| switched(*part)) {
             return Some(part * h_s);
         }
-        let (overlap_m, closing_m_per_s) = ends[1];
-        if contact.must_switch(touching, overlap_m, closing_m_per_s) {
+        if contact.must_switch(touching, ends[1]) {
             return Some(h_s);
         }
         let distance = |part: f64| contact.distance_n(touching, at(part));

@@ -10,7 +10,7 @@ use super::{
     imposed::ImposedMotion,
     parameters::{Chain, Drive},
     row::{MassRow, RowEnd},
-    state::{ChainState, Touching, row_length},
+    state::{ChainState, Reach, Touching, row_length},
 };
 use crate::{
     contact::{
@@ -288,14 +288,15 @@ impl<'a> ChainModel<'a> {
         (force_n.net_n(mass) - drag_n) * self.inverse_mass_per_kg[mass]
     }
 
-    /// Largest displacement (metres) and velocity (metres per second) of the bodies, and of strikers while they touch, where those of all
-    /// masses are `of_all`: what flies freely is no measure of the motion.
-    pub(crate) fn reach_of_bodies(&self, state: &ChainState, of_all: (f64, f64)) -> (f64, f64) {
+    /// That of the bodies, and of strikers while they touch, where that of all masses is `of_all`: what flies freely is no measure of the
+    /// motion.
+    pub(crate) fn reach_of_bodies(&self, state: &ChainState, of_all: Reach) -> Reach {
         let flies = |end: &RowEnd| !state.touching[end.index()];
         let flying = RowEnd::BOTH.into_iter().filter(flies).filter_map(|end| self.struck_by(end));
         let flying: Vec<usize> = flying.map(|[striker, _]| striker).collect();
-        let leads =
-            |mass: &usize| state.x_m[*mass].abs() >= of_all.0 || state.v_m_per_s[*mass].abs() >= of_all.1;
+        let leads = |mass: &usize| {
+            state.x_m[*mass].abs() >= of_all.x_m || state.v_m_per_s[*mass].abs() >= of_all.v_m_per_s
+        };
         if !flying.iter().any(leads) {
             return of_all;
         }
@@ -303,12 +304,12 @@ impl<'a> ChainModel<'a> {
             let others = row.iter().enumerate().filter(|(mass, _)| !flying.contains(mass));
             others.fold(0.0_f64, |largest, (_, value)| largest.max(value.abs()))
         };
-        (largest(&state.x_m), largest(&state.v_m_per_s))
+        Reach { x_m: largest(&state.x_m), v_m_per_s: largest(&state.v_m_per_s) }
     }
 
     /// A scale of the motion to come at t = 0: the largest displacement and velocity of a body, or that which one takes from a striker in
     /// an elastic blow.
-    pub(crate) fn first_reach(&self, state: &ChainState) -> (f64, f64) {
+    pub(crate) fn first_reach(&self, state: &ChainState) -> Reach {
         let strikers: Vec<[usize; 2]> =
             RowEnd::BOTH.into_iter().filter_map(|end| self.struck_by(end)).collect();
         let largest = |row: &[f64]| {
@@ -319,7 +320,8 @@ impl<'a> ChainModel<'a> {
             let [striker_kg, body_kg] = [striker, body].map(|mass| self.mass_kg[*mass]);
             (2.0 * striker_kg / (striker_kg + body_kg)).min(1.0) * state.v_m_per_s[*striker].abs()
         });
-        (largest(&state.x_m), given_m_per_s.fold(largest(&state.v_m_per_s), f64::max))
+        let v_m_per_s = given_m_per_s.fold(largest(&state.v_m_per_s), f64::max);
+        Reach { x_m: largest(&state.x_m), v_m_per_s }
     }
 
     /// The masses of the row that are an end's striker and the body that it strikes, where there is a striker.

@@ -152,8 +152,8 @@ impl<'a> Along<'a> {
         let closes = *touching;
         self.place(motion, time_s);
         let contact = self.model.strikers[end.index()].as_ref().filter(|_| closes)?;
-        let closing_m_per_s = self.state.closing_m_per_s(contact.gap);
-        let push_n = contact.push_n(self.state.overlap_m(contact.gap), closing_m_per_s);
+        let at = self.state.gap(contact.gap);
+        let (push_n, closing_m_per_s) = (contact.push_n(at), at.closing_m_per_s);
         (closing_m_per_s > 0.0).then_some(Closing { gap: contact.gap, push_n, closing_m_per_s })
     }
 
