@@ -16,67 +16,67 @@ use crate::tested::Tested;
 /// What `cargo xtask help` prints.
 pub(crate) const HELP: &str = "\
 cargo xtask demo [--out DIR] [--seed N]
-    Sets up, builds, films the synthetic experiment pipelines/hec26-demo and processes it:
-    recordings into DIR/recordings, results into DIR/results (DIR is target/demo unless given). It takes no OpenCV.
-    --seed N   another draw of speckle, noise, trigger jitter and striker speeds
+    Sets up, builds, films the synthetic experiment pipelines/hec26-demo and evaluates it. Recordings are written to
+    DIR/recordings and results to DIR/results (DIR is target/demo unless given). OpenCV is not needed.
+    --seed N   seed of the random speckle, noise, trigger jitter and striker speeds
 
 cargo xtask paper [--out DIR] [--quick]
-    Sets up, builds, and makes every figure and number of the paper with pipelines/paper/run.sh: films 390 recordings,
-    processes them, simulates rings and chain, draws and compares, into DIR (target/paper unless given). What was
-    interrupted goes on when it is started again. It takes no OpenCV.
-    --quick   a short chain and one trial of each view (target/paper-quick unless given)
+    Sets up, builds, and makes every figure and number of the paper in DIR (target/paper unless given) with
+    pipelines/paper/run.sh: films 390 recordings, evaluates them, simulates the rings and the chain, draws and compares.
+    A run that was interrupted continues when it is started again. OpenCV is not needed.
+    --quick   a short chain and one trial of each view (DIR is target/paper-quick unless given)
 
 cargo xtask test [--no-opencv] [--fast] [--package NAME]...
-    Sets up, builds and runs all tests, with cargo-nextest where it is installed.
+    Sets up, builds and runs all tests, by cargo-nextest if it is installed.
     --fast           leaves out the tests in modules named `slow`
     --package NAME   only the tests of this package; may be repeated
-    CHAINWAVE_REFERENCE_DATA names the folder of third-party recordings; tests that need it skip without it.
-    The last line says how many tests skipped, and why.
+    CHAINWAVE_REFERENCE_DATA names the folder of third-party recordings; tests that need it are skipped without it.
+    The last line says how many tests were skipped, and why.
 
 cargo xtask book [--write] [--fast | --all] [PAGE]...
-    Builds, runs the commands of the book's pages again, compares what they print and draw with what stands there, and renders
-    the book where mdBook is installed. Exit code 1 where something differs.
+    Builds, runs the commands on the book's pages again, compares what they print and draw with the pages, and renders the
+    book if mdBook is installed. The exit code is 1 if anything differs.
     --write   writes what differs into the pages
-    --fast    leaves out the pages that need the demo's recordings, which take minutes, what is counted again, and the rendering
-    --all     counts everything again that is kept in docs/src/measured/counts, which takes hours; otherwise some lines of each file are
+    --fast    leaves out the pages that need the demo's recordings (which take minutes), the counts, and the rendering
+    --all     counts again everything in docs/src/measured/counts, which takes hours; otherwise a few lines of each file
     PAGE      a part of a page's name, such as guide/figures; may be repeated
 
 cargo xtask bench [--write] [--rounds N] [--no-opencv] [PROGRAM]...
     Builds and runs the crates' benchmarks, prints how many times faster each is than the obvious program or a peer, and compares
-    with the table of the same processor and instruction set in docs/src/measured/benchmarks: a loss of 10 % is shown.
+    with the table of the same processor and instruction set in docs/src/measured/benchmarks: losses of 10 % or more are shown.
     --write     writes that table anew
-    --rounds N  how many times all of them run (3); medians of the rounds count
+    --rounds N  how many times all benchmarks run (3); the median of the rounds is taken
     PROGRAM     matching, chain, ring, regions, frames or follow; may be repeated
-    CHAINWAVE_INSTRUCTION_SET=avx2 measures with AVX2 where there is AVX-512.
+    CHAINWAVE_INSTRUCTION_SET=avx2 measures with AVX2 on a processor that has AVX-512.
 
 cargo xtask counted FILE [--about] [--plain] [--words FILE] TITLE=FUNCTION(COLUMN)...
-    Puts the single experiments of a file of counts (docs/src/measured/counts) together to a table for the book.
-    --about   prints the notes at the head of the file alone
-    --plain   prints the values alone, a line each
-    --words   a table with the columns name and words: what stands for the names of rows
+    Summarises the experiments in a file of counts (docs/src/measured/counts) in a table for the book.
+    --about   prints only the notes at the head of the file
+    --plain   prints only the values, one per line
+    --words   a table with the columns name and words: the words that replace the names of rows
 
 cargo xtask tested FILE TEST
-    Runs a test that makes a table of the book, and prints the table: lines of a file of counts.
+    Runs a test that makes a table of the book, and prints the table as lines of a file of counts.
 
 cargo xtask equations
-    What mdBook runs for the book: reads it as JSON from standard input and writes it with its equations as MathML.
+    The preprocessor that mdBook runs: reads the book as JSON from standard input and writes it with its equations as MathML.
 
 cargo xtask keys
-    Prints the keys of configuration files as tables for the book, out of the structures that read them.
+    Prints the keys of configuration files as tables for the book, taken from the structures that read them.
 
 cargo xtask python
-    Builds the Python package, with the command in it, into a fresh virtual environment (target/release/python) and runs its
-    tests there. The wheel remains in target/release/python/wheels.
-    Says so and does nothing where there is no Python with venv and pip.
+    Builds the Python package, which contains the command, installs it in a fresh virtual environment (target/release/python)
+    and runs its tests there. The wheel is kept in target/release/python/wheels.
+    Without a Python that has venv and pip it says so and does nothing.
 
 cargo xtask dist [--out DIR]
-    Builds the command without OpenCV and packs it with its manual, completions and papers as one archive for systems like this
-    one, and its SHA-256 beside it, into DIR (target/dist unless given).
+    Builds the command without OpenCV and packs it, with its manual, shell completions and documents, into one archive for
+    systems like this one, with its SHA-256 beside it, in DIR (target/dist unless given).
 
 cargo xtask setup [--no-opencv]
     Looks for what the build needs from the system and installs what is missing.
 
---no-opencv does without OpenCV and clang, which the program chainwave-opencv alone takes: for videos, boards and OpenCV's methods.
+--no-opencv builds without OpenCV and clang, which only the program chainwave-opencv needs: for videos, boards and OpenCV's methods.
 ";
 
 /// What the user asked for.
