@@ -32,6 +32,7 @@ use crate::outcome::Outcome;
 use crate::output::make_folder;
 use crate::output::write_json;
 use crate::run::{draw_motion, write_measurement};
+use crate::run_files::RESULTS;
 use crate::terminal::{say, tell};
 
 /// Reads the trials of a mapping, merges and measures them, and writes tables, figures and `results.json`.
@@ -67,7 +68,7 @@ pub(crate) fn import(arguments: &cli::Import) -> Result<Outcome, Error> {
     make_folder(&arguments.out)?;
     write_measurement(&arguments.out, &stitched, None, &measurement)?;
     draw_motion(&arguments.out, &mapping.name, &stitched.motion, &measurement)?;
-    write_json(&arguments.out.join("results.json"), &results(&stitched, &measurement))?;
+    write_json(&arguments.out.join(RESULTS), &results(&stitched, &measurement))?;
     print(&mapping.name, &stitched, &measurement);
     Ok(outcome)
 }

@@ -8,13 +8,11 @@ use chainwave_view::{Collection, ShownRecording, ShownTrack, ShownWave};
 use crate::cli;
 use crate::error::Error;
 use crate::on_demand;
-use crate::review::{ReviewedResults, TRACKS};
+use crate::review::ReviewedResults;
 use crate::run::PROVENANCE;
+use crate::run_files::{MOTION, STRAIN, TRACKS};
 use crate::table;
 use crate::view::corrections;
-
-const STRAIN: &str = "strain.parquet";
-const MOTION: &str = "motion.parquet";
 
 /// The recordings that a run tracked, with where it found the bodies.
 pub(super) fn of_results(arguments: &cli::View) -> Result<Collection, Error> {
