@@ -103,14 +103,14 @@ fn bands_of_a_scene_are_those_of_the_closed_form() {
 }
 
 mod slow {
-    use std::fs;
-    use std::path::{Path, PathBuf};
+    use std::path::PathBuf;
 
     use serde_json::Value;
 
     use super::*;
     use crate::support::laboratory::evaluation;
     use crate::support::motion::Motion;
+    use crate::support::written::json;
 
     const TABLES: [&str; 8] = [
         "tracks.parquet",
@@ -122,10 +122,6 @@ mod slow {
         "spectrum.parquet",
         "report.html",
     ];
-
-    fn json(path: &Path) -> Value {
-        serde_json::from_str(&fs::read_to_string(path).expect("it was written")).expect("it is JSON")
-    }
 
     /// Films and evaluates a chain, and holds what was found against the truth: the motion, and c_d if it is not to be refused.
     fn found_of(laboratory: &Laboratory) -> (Value, PathBuf) {

@@ -29,15 +29,10 @@ fn scene(drive: &str) -> String {
 mod slow {
     use std::fs;
 
-    use serde_json::Value;
-
     use super::*;
     use crate::support::motion::Motion;
     use crate::support::table::Table;
-
-    fn json(path: &std::path::Path) -> Value {
-        serde_json::from_str(&fs::read_to_string(path).expect("it was written")).expect("it is JSON")
-    }
+    use crate::support::written::json;
 
     #[test]
     fn a_scene_has_a_far_striker_or_a_shaker() {
