@@ -56,7 +56,6 @@ impl Coverage {
             ("95 %", self.mean(holds), 0.945),
         ];
         for (which, found, expected) in expected {
-            println!("{what}: {which} {:.3} +- {:.3}, expected {expected:.3}", found.value, found.sigma);
             // A share of which every experiment has the same leaves no scatter to tell its error by: that of one error in as many.
             let sigma = found.sigma.max(1.0 / self.n() as f64);
             assert!(

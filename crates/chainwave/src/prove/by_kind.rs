@@ -5,7 +5,7 @@ use std::path::Path;
 
 use chainwave_experiment::Table;
 
-use super::coverage::{Coverage, Mean, Quantity};
+use super::coverage::{Coverage, CoveredQuantity, Mean};
 use crate::error::Error;
 use crate::table::{self, column};
 use crate::terminal::say;
@@ -92,10 +92,10 @@ impl Kinds {
         let counts = |of: fn(&(&KindRow, &'static str)) -> usize| {
             cells.iter().map(|cell| of(cell) as u64).collect::<Vec<_>>()
         };
-        let numbers = |of: fn(&Quantity) -> f64| {
+        let numbers = |of: fn(&CoveredQuantity) -> f64| {
             cells.iter().map(|(row, name)| row.coverage.quantity(name).map(of)).collect::<Vec<_>>()
         };
-        let sigmas = |of: fn(&Quantity) -> Mean| {
+        let sigmas = |of: fn(&CoveredQuantity) -> Mean| {
             let sigma = |(row, name): &(&KindRow, &str)| {
                 row.coverage.quantity(name).and_then(|found| of(found).sigma)
             };
@@ -140,7 +140,7 @@ impl Kinds {
             for name in self.quantities {
                 let told = row.coverage.quantity(name).map_or_else(
                     || "-".into(),
-                    |Quantity { within_95, rms, n, .. }| {
+                    |CoveredQuantity { within_95, rms, n, .. }| {
                         format!("{}; {rms:.1}; {n}", within_95.in_per_cent(0))
                     },
                 );

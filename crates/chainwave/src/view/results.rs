@@ -93,11 +93,11 @@ fn wave(results: &Path) -> Result<Option<ShownWave>, Error> {
 }
 
 /// Values over time, a row for each gap or body.
-type Rows = Vec<Vec<Option<f64>>>;
+type RowsOverTime = Vec<Vec<Option<f64>>>;
 
 /// The instants of a table, in their order, and for each number of a column its row of values over them; both tables of a run have the
 /// same instants.
-fn rows(table: &Table, number: &str, value: &str) -> Result<(Vec<f64>, Rows), Error> {
+fn rows(table: &Table, number: &str, value: &str) -> Result<(Vec<f64>, RowsOverTime), Error> {
     let (times_s, numbers, values) =
         (table.full_numbers("t_s")?, table.counts(number)?, table.numbers(value)?);
     let mut instants = times_s.clone();
