@@ -6,6 +6,7 @@ use std::str::FromStr;
 
 use crate::bench::Bench;
 use crate::book::Book;
+use crate::command_line::OpenCv;
 use crate::counted::Counted;
 use crate::demo::Demo;
 use crate::failure::Failure;
@@ -111,8 +112,7 @@ pub(crate) enum Task {
     },
     /// `cargo xtask setup`.
     Setup {
-        /// Whether OpenCV is wanted.
-        opencv: bool,
+        opencv: OpenCv,
     },
     /// `cargo xtask help`.
     Help,
@@ -173,7 +173,7 @@ fn test(mut words: impl Iterator<Item = OsString>) -> Result<Task, Failure> {
     let mut test_run = TestRun::default();
     while let Some(word) = words.next() {
         match text(word)?.as_str() {
-            "--no-opencv" => test_run.opencv = false,
+            "--no-opencv" => test_run.opencv = OpenCv::Without,
             "--fast" => test_run.fast = true,
             "--package" | "-p" => test_run.packages.push(text(value("--package", &mut words)?)?),
             other => return unknown("test", other),
@@ -201,7 +201,7 @@ fn bench(mut words: impl Iterator<Item = OsString>) -> Result<Task, Failure> {
     while let Some(word) = words.next() {
         match text(word)?.as_str() {
             "--write" => bench.write = true,
-            "--no-opencv" => bench.opencv = false,
+            "--no-opencv" => bench.opencv = OpenCv::Without,
             "--rounds" => bench.n_rounds = whole("--rounds", &text(value("--rounds", &mut words)?)?)?,
             option if option.starts_with('-') => return unknown("bench", option),
             program => bench.programs.push(program.to_owned()),
@@ -265,10 +265,10 @@ fn dist(mut words: impl Iterator<Item = OsString>) -> Result<Task, Failure> {
 }
 
 fn setup(words: impl Iterator<Item = OsString>) -> Result<Task, Failure> {
-    let mut opencv = true;
+    let mut opencv = OpenCv::With;
     for word in words {
         match text(word)?.as_str() {
-            "--no-opencv" => opencv = false,
+            "--no-opencv" => opencv = OpenCv::Without,
             other => return unknown("setup", other),
         }
     }
@@ -303,7 +303,7 @@ mod tests {
     fn options_reach_their_command() {
         let demo = Demo { out: Some("there".into()), seed: Some(7) };
         assert_eq!(parsed("demo --out there --no-opencv --seed 7").unwrap(), Task::Demo(demo));
-        let test_run = TestRun { opencv: true, fast: true, packages: vec!["a".into(), "b".into()] };
+        let test_run = TestRun { opencv: OpenCv::With, fast: true, packages: vec!["a".into(), "b".into()] };
         assert_eq!(parsed("test --fast -p a --package b").unwrap(), Task::Test(test_run));
         let paper = Paper { out: Some("there".into()), quick: true };
         assert_eq!(parsed("paper --quick --out there --no-opencv").unwrap(), Task::Paper(paper));
@@ -311,9 +311,10 @@ mod tests {
         assert_eq!(parsed("book guide --fast --write").unwrap(), Task::Book(book));
         let book = Book { all: true, pages: vec!["measured".into()], ..Book::default() };
         assert_eq!(parsed("book --all measured").unwrap(), Task::Book(book));
-        let bench = Bench { write: false, n_rounds: 5, opencv: false, programs: vec!["ring".into()] };
+        let bench =
+            Bench { write: false, n_rounds: 5, opencv: OpenCv::Without, programs: vec!["ring".into()] };
         assert_eq!(parsed("bench --rounds 5 ring --no-opencv").unwrap(), Task::Bench(bench));
-        assert_eq!(parsed("setup --no-opencv").unwrap(), Task::Setup { opencv: false });
+        assert_eq!(parsed("setup --no-opencv").unwrap(), Task::Setup { opencv: OpenCv::Without });
         assert_eq!(parsed("python").unwrap(), Task::Python);
         assert_eq!(parsed("keys").unwrap(), Task::Keys);
         let columns = vec!["a=by(b)".to_owned()];
@@ -328,9 +329,9 @@ mod tests {
     fn opencv_is_on_unless_refused() {
         assert_eq!(
             parsed("test").unwrap(),
-            Task::Test(TestRun { opencv: true, fast: false, packages: Vec::new() })
+            Task::Test(TestRun { opencv: OpenCv::With, fast: false, packages: Vec::new() })
         );
-        assert_eq!(parsed("setup").unwrap(), Task::Setup { opencv: true });
+        assert_eq!(parsed("setup").unwrap(), Task::Setup { opencv: OpenCv::With });
     }
 
     #[test]

@@ -11,7 +11,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::command_line::{CommandLine, workspace};
+use crate::command_line::{CommandLine, OpenCv, workspace};
 use crate::failure::Failure;
 use pairs::{PAIRS, PROGRAMS, Pair, Program};
 pub(crate) use processor::Machine;
@@ -29,15 +29,15 @@ pub(crate) struct Bench {
     pub(crate) write: bool,
     /// How many times each program runs.
     pub(crate) n_rounds: usize,
-    /// Whether what takes OpenCV is measured too.
-    pub(crate) opencv: bool,
+    /// Without it, what takes OpenCV is not measured.
+    pub(crate) opencv: OpenCv,
     /// Programs of benchmarks that run; all when empty.
     pub(crate) programs: Vec<String>,
 }
 
 impl Default for Bench {
     fn default() -> Self {
-        Self { write: false, n_rounds: 3, opencv: true, programs: Vec::new() }
+        Self { write: false, n_rounds: 3, opencv: OpenCv::With, programs: Vec::new() }
     }
 }
 
@@ -66,7 +66,7 @@ pub(crate) fn run(bench: &Bench) -> Result<(), Failure> {
 impl Bench {
     fn wants(&self, program: &Program) -> bool {
         let is_named = self.programs.is_empty() || self.programs.iter().any(|name| name == program.name);
-        is_named && (self.opencv || !program.opencv)
+        is_named && (self.opencv == OpenCv::With || !program.opencv)
     }
 }
 
@@ -148,7 +148,7 @@ mod tests {
 
     #[test]
     fn opencv_can_be_left_out() {
-        let bench = Bench { opencv: false, ..Bench::default() };
+        let bench = Bench { opencv: OpenCv::Without, ..Bench::default() };
         assert!(PROGRAMS.iter().filter(|program| bench.wants(program)).all(|program| !program.opencv));
         let one = Bench { programs: vec!["ring".into()], ..Bench::default() };
         assert_eq!(PROGRAMS.iter().filter(|program| one.wants(program)).count(), 1);
