@@ -125,7 +125,8 @@ fn readings_lost_here_and_there_cost_themselves_alone() {
         n += errors.len();
     }
     let held = held as f64 / n as f64;
-    assert!(held > 0.93, "{held}");
+    // What is asked of every stated interval, on both sides.
+    assert!((0.93..0.97).contains(&held), "{held}");
 }
 
 /// Three recordings of 50 kHz give the base, one of 10 kHz sees a body that they do not.

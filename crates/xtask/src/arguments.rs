@@ -111,9 +111,7 @@ pub(crate) enum Task {
         out: Option<PathBuf>,
     },
     /// `cargo xtask setup`.
-    Setup {
-        opencv: OpenCv,
-    },
+    Setup { opencv: OpenCv },
     /// `cargo xtask help`.
     Help,
 }

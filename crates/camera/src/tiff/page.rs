@@ -190,7 +190,7 @@ impl PageFields<'_> {
     fn plain(&self, packing: Packing, width_px: usize, height_px: usize) -> Result<PageStorage, CameraError> {
         let raster = Raster::plain(packing, width_px, height_px).ok_or_else(|| {
             let what = format!("rows of {width_px} pixels of {} bits", packing.stored_bits());
-            self.unsupported(&what, &format!("a row is a multiple of {} pixels", packing.group().0))
+            self.unsupported(&what, &format!("a row is a multiple of {} pixels", packing.group_px()))
         })?;
         let rows = self.number(ROWS_PER_STRIP, u64::MAX)?;
         if rows == 0 {
