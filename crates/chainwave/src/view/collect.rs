@@ -34,7 +34,7 @@ pub(crate) fn collection(arguments: &cli::View) -> Result<Collection, Error> {
             path.display()
         )));
     }
-    let options = arguments.reading.options(arguments.rate_hz);
+    let options = arguments.reading.options(arguments.frame_rate.rate_hz);
     let mut collection = of_recordings(path, &options)?;
     if let Some(points) = &arguments.points {
         let points = read_points(points)?;

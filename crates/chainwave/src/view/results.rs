@@ -28,7 +28,7 @@ pub(super) fn of_results(arguments: &cli::View) -> Result<Collection, Error> {
     let half_px = [half("half_width_px"), half("half_height_px")];
     let camera = provenance.get("experiment").and_then(|experiment| experiment.get("camera"));
     let rate_hz = camera.and_then(|camera| camera.get("rate_hz")).and_then(toml::Value::as_float);
-    let mut options = arguments.reading.options(arguments.rate_hz.or(rate_hz));
+    let mut options = arguments.reading.options(arguments.frame_rate.rate_hz.or(rate_hz));
     let raw = camera.and_then(|camera| camera.get("raw")).and_then(toml::Value::as_str);
     options.raw = options.raw.or(raw.and_then(|raw| raw.parse().ok()));
     let reviewed = ReviewedResults::read(results)?;
