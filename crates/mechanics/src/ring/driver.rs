@@ -82,7 +82,7 @@ impl<'a> Driver<'a> {
                 touching: true,
             }),
             RingDrive::Imposed(motion) => {
-                DriverKind::Imposed { motion, start_m: motion.at(0.0).0, dt_s, length_m }
+                DriverKind::Imposed { motion, start_m: motion.displacement_m(0.0), dt_s, length_m }
             }
             RingDrive::Free { .. } => return None,
         };
@@ -105,9 +105,9 @@ impl<'a> Driver<'a> {
                 kicked
             }
             DriverKind::Imposed { motion, start_m, dt_s, length_m } => {
-                let moved_m = motion.at((step + 1) as f64 * *dt_s).0 - *start_m;
+                let moved_m = motion.displacement_m((step + 1) as f64 * *dt_s) - *start_m;
                 let velocity_after = moved_m / *length_m - place;
-                start_velocity = motion.at(0.0).1 * *dt_s / *length_m;
+                start_velocity = motion.velocity_m_per_s(0.0) * *dt_s / *length_m;
                 // The ring's force on the joint does work against the drive.
                 let lost = force / self.gain * 0.5 * (velocity + velocity_after);
                 (
