@@ -77,6 +77,7 @@ mod library;
 mod linearise;
 mod mapping;
 mod mraw;
+mod name_list;
 mod npy;
 mod options;
 mod packing;
