@@ -109,7 +109,7 @@ mod slow {
 
     use super::*;
     use crate::support::laboratory::evaluation;
-    use crate::support::motion::Motion;
+    use crate::support::motion::assert_motion_held;
     use crate::support::written::json;
 
     const TABLES: [&str; 8] = [
@@ -128,10 +128,7 @@ mod slow {
         let (recordings, results) = (laboratory.film(), laboratory.path("results"));
         let run = evaluation(&recordings, &results).output().expect("chainwave starts");
         assert_eq!(run.status.code(), Some(0), "{}", String::from_utf8_lossy(&run.stderr));
-        let truth = Motion::read(&recordings.join("truth.parquet"), 12);
-        let (held, _) = truth.held_by(&Table::read(&results.join("motion.parquet")), f64::NEG_INFINITY);
-        // As in the tests of other chains.
-        assert!(held > 0.85, "{held}");
+        assert_motion_held(&recordings, &results);
         for name in TABLES {
             assert!(results.join(name).exists(), "{name}");
         }

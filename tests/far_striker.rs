@@ -30,7 +30,7 @@ mod slow {
     use std::fs;
 
     use super::*;
-    use crate::support::motion::Motion;
+    use crate::support::motion::assert_motion_held;
     use crate::support::table::Table;
     use crate::support::written::json;
 
@@ -82,10 +82,8 @@ mod slow {
         let (recordings, results) = (laboratory.film(), laboratory.path("results"));
         let run = evaluation(&recordings, &results).output().expect("chainwave starts");
         assert_eq!(run.status.code(), Some(0), "{}", String::from_utf8_lossy(&run.stderr));
-        let truth = Motion::read(&recordings.join("truth.parquet"), 12);
-        let (held, _) = truth.held_by(&Table::read(&results.join("motion.parquet")), f64::NEG_INFINITY);
-        // As in the tests of other chains; 0.94 before what is not known of two strikers' drives was an error of the motion.
-        assert!(held > 0.85, "{held}");
+        // 0.94 before what is not known of two strikers' drives was an error of the motion.
+        assert_motion_held(&recordings, &results);
         let found = json(&results.join("results.json"));
         assert_eq!(found["damping_from"], "tracks", "{found}");
         for (key, truth) in [("c_d", 0.003), ("c_s", 0.2)] {
