@@ -1,12 +1,12 @@
 //! `run --accuracy`, `run --budget` and `tradeoff --results`: no more is looked at than is asked, and what was foreseen stands beside what came out.
 
 use std::fs;
-use std::path::Path;
 
 use serde_json::Value;
 
 use crate::support::command::{chainwave, fail, succeed};
 use crate::support::laboratory::{Laboratory, evaluation};
+use crate::support::written::json;
 
 #[test]
 fn what_is_no_accuracy_is_refused() {
@@ -18,10 +18,6 @@ fn what_is_no_accuracy_is_refused() {
         assert!(message.contains(said), "{accuracy}: {message}");
         assert!(!laboratory.path("results").exists());
     }
-}
-
-fn read(path: &Path) -> Value {
-    serde_json::from_str(&fs::read_to_string(path).expect("it was written")).expect("it is JSON")
 }
 
 mod slow {
@@ -37,7 +33,7 @@ mod slow {
         for word in ["trials that are used", "pixels to look at", "foreseen", "not needed for c_g to 2 %"] {
             assert!(said.contains(word), "{word}: {said}");
         }
-        let found = read(&results.join("accuracy.json"));
+        let found = json(&results.join("accuracy.json"));
         let asked = found["results"].as_array().expect("a list");
         assert_eq!(asked.len(), 2);
         for one in asked {
@@ -57,7 +53,7 @@ mod slow {
         let (_, not_needed) = provenance.split_once("view1_trial5").expect("every recording that is stated");
         let (of_it, _) = not_needed.split_once("[[").expect("others behind it");
         assert!(of_it.contains("state = \"left_out\""), "{provenance}");
-        let listed = read(&results.join("results.json"));
+        let listed = json(&results.join("results.json"));
         let listed = listed["recordings"].as_array().expect("a list");
         let of_state = |state: &str| listed.iter().filter(|one| one["state"] == state).count();
         assert!(listed.len() == 15 && of_state("left_out") > 0 && of_state("used") > 0, "{listed:?}");
@@ -66,13 +62,13 @@ mod slow {
         for head in ["Accuracy asked for", "Prediction and outcome", "Error budget"] {
             assert!(report.contains(head), "{head}");
         }
-        let foreseen = &read(&results.join("error_budget.json"))["foreseen"];
+        let foreseen = &json(&results.join("error_budget.json"))["foreseen"];
         assert!(foreseen["group_velocity_sigma"].as_f64().is_some_and(|sigma| sigma > 0.0), "{foreseen}");
         let mut beyond = evaluation(&recordings, &results);
         let output = beyond.args(["--accuracy", "c_d=0.001%"]).output().expect("the command starts");
         let missed = String::from_utf8_lossy(&output.stderr);
         assert!(output.status.success() && missed.contains("c_d to 0.001 % was asked for"), "{missed}");
-        assert_eq!(read(&results.join("accuracy.json"))["results"][0]["is_met"], Value::Bool(false));
+        assert_eq!(json(&results.join("accuracy.json"))["results"][0]["is_met"], Value::Bool(false));
         assert!(!results.join("error_budget.json").exists(), "it was of another run");
         succeed(&mut evaluation(&recordings, &results));
         assert!(!results.join("accuracy.json").exists(), "it was of another run");

@@ -8,7 +8,7 @@ mod slow {
 
     use crate::support::command::succeed;
     use crate::support::laboratory::{Laboratory, evaluation};
-    use crate::support::motion::Motion;
+    use crate::support::motion::assert_motion_held;
     use crate::support::table::Table;
 
     /// Films the small experiment with a camera that has some effects.
@@ -41,12 +41,8 @@ mod slow {
         laboratory.film();
         let (_, warnings) = run(&laboratory, "", "");
         assert!(warnings.contains("rolling shutter"), "{warnings}");
-        // The line of the bodies is exposed 20 us late, in which they go 20 um: uncorrected, next to no interval holds. As in the tests of
-        // other chains, the errors of 15 recordings' triggers and drives are shared.
-        let truth = Motion::read(&laboratory.path("recordings/truth.parquet"), 12);
-        let (held, _) =
-            truth.held_by(&Table::read(&laboratory.path("results/motion.parquet")), f64::NEG_INFINITY);
-        assert!(held > 0.85, "{held}");
+        // The line of the bodies is exposed 20 us late, in which they go 20 um: uncorrected, next to no interval holds.
+        assert_motion_held(&laboratory.path("recordings"), &laboratory.path("results"));
         let (_, warnings) = run(&laboratory, "[camera]\n", "[camera]\nline_time_s = 8e-7\n");
         assert!(!warnings.contains("rolling shutter"), "{warnings}");
     }
@@ -122,12 +118,8 @@ mod slow {
         );
         let (_, warnings) = run(&laboratory, "", "");
         assert!(warnings.contains("views_disagree") && warnings.contains("towards the camera"), "{warnings}");
-        // 6e-5 of up to 80 mm from the middle are 5 um, of which single sigmas of 1 um know nothing. As above, errors are shared by bodies and
-        // times.
-        let truth = Motion::read(&laboratory.path("recordings/truth.parquet"), 12);
-        let (held, _) =
-            truth.held_by(&Table::read(&laboratory.path("results/motion.parquet")), f64::NEG_INFINITY);
-        assert!(held > 0.85, "{held}");
+        // 6e-5 of up to 80 mm from the middle are 5 um, of which single sigmas of 1 um know nothing.
+        assert_motion_held(&laboratory.path("recordings"), &laboratory.path("results"));
     }
 
     #[test]

@@ -103,14 +103,14 @@ fn bands_of_a_scene_are_those_of_the_closed_form() {
 }
 
 mod slow {
-    use std::fs;
-    use std::path::{Path, PathBuf};
+    use std::path::PathBuf;
 
     use serde_json::Value;
 
     use super::*;
     use crate::support::laboratory::evaluation;
-    use crate::support::motion::Motion;
+    use crate::support::motion::assert_motion_held;
+    use crate::support::written::json;
 
     const TABLES: [&str; 8] = [
         "tracks.parquet",
@@ -123,19 +123,12 @@ mod slow {
         "report.html",
     ];
 
-    fn json(path: &Path) -> Value {
-        serde_json::from_str(&fs::read_to_string(path).expect("it was written")).expect("it is JSON")
-    }
-
     /// Films and evaluates a chain, and holds what was found against the truth: the motion, and c_d if it is not to be refused.
     fn found_of(laboratory: &Laboratory) -> (Value, PathBuf) {
         let (recordings, results) = (laboratory.film(), laboratory.path("results"));
         let run = evaluation(&recordings, &results).output().expect("chainwave starts");
         assert_eq!(run.status.code(), Some(0), "{}", String::from_utf8_lossy(&run.stderr));
-        let truth = Motion::read(&recordings.join("truth.parquet"), 12);
-        let (held, _) = truth.held_by(&Table::read(&results.join("motion.parquet")), f64::NEG_INFINITY);
-        // As in the tests of other chains.
-        assert!(held > 0.85, "{held}");
+        assert_motion_held(&recordings, &results);
         for name in TABLES {
             assert!(results.join(name).exists(), "{name}");
         }

@@ -29,15 +29,10 @@ fn scene(drive: &str) -> String {
 mod slow {
     use std::fs;
 
-    use serde_json::Value;
-
     use super::*;
-    use crate::support::motion::Motion;
+    use crate::support::motion::assert_motion_held;
     use crate::support::table::Table;
-
-    fn json(path: &std::path::Path) -> Value {
-        serde_json::from_str(&fs::read_to_string(path).expect("it was written")).expect("it is JSON")
-    }
+    use crate::support::written::json;
 
     #[test]
     fn a_scene_has_a_far_striker_or_a_shaker() {
@@ -87,10 +82,8 @@ mod slow {
         let (recordings, results) = (laboratory.film(), laboratory.path("results"));
         let run = evaluation(&recordings, &results).output().expect("chainwave starts");
         assert_eq!(run.status.code(), Some(0), "{}", String::from_utf8_lossy(&run.stderr));
-        let truth = Motion::read(&recordings.join("truth.parquet"), 12);
-        let (held, _) = truth.held_by(&Table::read(&results.join("motion.parquet")), f64::NEG_INFINITY);
-        // As in the tests of other chains; 0.94 before what is not known of two strikers' drives was an error of the motion.
-        assert!(held > 0.85, "{held}");
+        // 0.94 before what is not known of two strikers' drives was an error of the motion.
+        assert_motion_held(&recordings, &results);
         let found = json(&results.join("results.json"));
         assert_eq!(found["damping_from"], "tracks", "{found}");
         for (key, truth) in [("c_d", 0.003), ("c_s", 0.2)] {

@@ -30,8 +30,7 @@ mod slow {
     use serde_json::Value;
 
     use super::*;
-    use crate::support::motion::Motion;
-    use crate::support::table::Table;
+    use crate::support::motion::assert_motion_held;
 
     /// Films and evaluates; c_d, c_s and the share of 95 % intervals of the motion that hold the truth.
     fn assert_holds(places: &[(&str, &str)]) -> Value {
@@ -45,10 +44,7 @@ mod slow {
             // Four standard uncertainties, as in the other tests of the whole way.
             assert!((number(value) - truth).abs() < 4.0 * number(sigma), "{value}: {found}");
         }
-        let truth = Motion::read(&laboratory.path("recordings/truth.parquet"), 12);
-        let (held, _) = truth.held_by(&Table::read(&results.join("motion.parquet")), f64::NEG_INFINITY);
-        // 12 bodies share the errors of 15 recordings' triggers and drives: of such, 95 % +- 2.5 % hold on the whole; four of these.
-        assert!(held > 0.85, "{held}");
+        assert_motion_held(&laboratory.path("recordings"), &results);
         found
     }
 

@@ -10,6 +10,7 @@ use crate::support::laboratory::Laboratory;
 use crate::support::motion::Motion;
 use crate::support::repository::root;
 use crate::support::table::Table;
+use crate::support::written::{json, text};
 
 const N_BODIES: usize = 12;
 const PITCH_M: f64 = 0.030;
@@ -300,12 +301,4 @@ fn assert_decisions_have_reasons(decisions: &Value) {
 
 fn number(json: &Value, key: &str) -> f64 {
     json[key].as_f64().unwrap_or_else(|| panic!("{key}: expected a number in {json}"))
-}
-
-fn json(path: &Path) -> Value {
-    serde_json::from_str(&text(path)).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
-}
-
-fn text(path: &Path) -> String {
-    fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }

@@ -7,3 +7,4 @@ pub(crate) mod motion;
 pub(crate) mod python;
 pub(crate) mod repository;
 pub(crate) mod table;
+pub(crate) mod written;

@@ -56,3 +56,16 @@ impl Motion {
         (n_held as f64 / rows.len() as f64, errors_m.into_iter().fold(0.0, f64::max))
     }
 }
+
+/// Bodies of the small experiment.
+const N_BODIES: usize = 12;
+
+/// Asserts that the 95 % intervals of the motion in a folder of results hold what was filmed of the small experiment.
+///
+/// 12 bodies share the errors of 15 recordings' triggers and drives: of such, 95 % +- 2.5 % hold on the whole. The bound is four of these
+/// below; four above lie beyond all of them.
+pub(crate) fn assert_motion_held(recordings: &Path, results: &Path) {
+    let truth = Motion::read(&recordings.join("truth.parquet"), N_BODIES);
+    let (held, _) = truth.held_by(&Table::read(&results.join("motion.parquet")), f64::NEG_INFINITY);
+    assert!(held > 0.85, "{held}");
+}

@@ -29,7 +29,7 @@ pub struct CameraMotion {
     /// Frames in which it is known, and all frames.
     pub n_known: [usize; 2],
     growth: Growth,
-    recordings: Vec<Followed>,
+    recordings: Vec<RecordingShift>,
 }
 
 /// How the motion's root mean square goes with the time: as a power of that since the middle of the rest from which it counts.
@@ -90,7 +90,7 @@ const MOST_GROWTH: f64 = 2.0;
 
 /// The camera's motion in one recording.
 #[derive(Debug, Clone)]
-struct Followed {
+struct RecordingShift {
     recording: String,
     times_s: Vec<f64>,
     /// Frame by frame, in metres from the mean before the trigger, as displacements are; `None` where fewer than two bodies are known to rest.
@@ -102,7 +102,7 @@ struct Followed {
 }
 
 /// A reading of a body that rests: number of the body in the recording, frame, place.
-type AtRest = (usize, usize, Estimate);
+type RestReading = (usize, usize, Estimate);
 
 /// Level of the test: three coordinates are asked of each experiment, and a motion that it lets pass, of a tenth of a reading's sigma, adds
 /// nothing to the motion's.
@@ -125,8 +125,9 @@ pub fn camera_motion_rule() -> Rule {
 /// Follows the camera's motion. `rests_until_s` says for body 1, 2, ... until when it certainly rests, in seconds after the trigger.
 /// `None` where no recording shows two such bodies at once for long enough.
 pub fn camera_motion(observations: &[Observation], rests_until_s: &[f64]) -> Option<CameraMotion> {
-    let recordings: Vec<Followed> = observations.iter().map(|one| Followed::of(one, rests_until_s)).collect();
-    let sum = |of: fn(&Followed) -> f64| recordings.iter().map(of).sum::<f64>();
+    let recordings: Vec<RecordingShift> =
+        observations.iter().map(|one| RecordingShift::of(one, rests_until_s)).collect();
+    let sum = |of: fn(&RecordingShift) -> f64| recordings.iter().map(of).sum::<f64>();
     let [of_motion, left] =
         [sum(|one| one.chi_squared[0] - one.chi_squared[1]), sum(|one| one.chi_squared[1])];
     let [n_motion, n_left] =
@@ -136,7 +137,7 @@ pub fn camera_motion(observations: &[Observation], rests_until_s: &[f64]) -> Opt
     }
     let ratio = (of_motion / n_motion as f64) / (left / n_left as f64).max(f64::MIN_POSITIVE);
     let p_value = variance_ratio_beyond(ratio, n_motion as f64, n_left as f64);
-    let known: Vec<(f64, Estimate)> = recordings.iter().flat_map(Followed::known).collect();
+    let known: Vec<(f64, Estimate)> = recordings.iter().flat_map(RecordingShift::known).collect();
     let later: Vec<Estimate> = known.iter().filter(|(time_s, _)| *time_s >= 0.0).map(|(_, d)| *d).collect();
     let counted = if later.is_empty() { known.iter().map(|(_, d)| *d).collect() } else { later };
     let n = counted.len() as f64;
@@ -182,16 +183,16 @@ impl CameraMotion {
     /// metres from its mean before the trigger; `None` where fewer than two bodies are known to rest.
     pub fn of_recordings(&self) -> impl Iterator<Item = (&str, Vec<(f64, Option<Estimate>)>)> {
         let samples =
-            |one: &Followed| one.times_s.iter().copied().zip(one.motion_m.iter().copied()).collect();
+            |one: &RecordingShift| one.times_s.iter().copied().zip(one.motion_m.iter().copied()).collect();
         self.recordings.iter().map(move |one| (one.recording.as_str(), samples(one)))
     }
 
-    fn of(&self, recording: &str) -> Option<&Followed> {
+    fn of(&self, recording: &str) -> Option<&RecordingShift> {
         self.recordings.iter().find(|followed| followed.recording == recording)
     }
 }
 
-impl Followed {
+impl RecordingShift {
     fn of(observation: &Observation, rests_until_s: &[f64]) -> Self {
         let at_rest = at_rest(observation, rests_until_s);
         let (n_bodies, n_frames) = (observation.bodies.len(), observation.times_s.len());
@@ -243,13 +244,13 @@ impl Followed {
 }
 
 /// The readings of bodies that rest, in frames that show two of them or more.
-fn at_rest(observation: &Observation, rests_until_s: &[f64]) -> Vec<AtRest> {
+fn at_rest(observation: &Observation, rests_until_s: &[f64]) -> Vec<RestReading> {
     let mut readings = Vec::new();
     for (frame, time_s) in observation.times_s.iter().enumerate() {
         let rests =
             |track: &BodyTrack| rests_until_s.get(track.body - 1).is_some_and(|until_s| time_s < until_s);
         let bodies = observation.bodies.iter().enumerate().filter(|(_, track)| rests(track));
-        let shown: Vec<AtRest> = bodies
+        let shown: Vec<RestReading> = bodies
             .filter_map(|(body, track)| Some((body, frame, (*track.position_m.get(frame)?)?)))
             .collect();
         if shown.len() > 1 {
@@ -264,7 +265,7 @@ const ROUNDS: usize = 50;
 
 /// The bodies' places and the camera's motion that explain readings best, but for a length that both have in common; no motion where it is
 /// not asked for.
-fn layout(readings: &[AtRest], [n_bodies, n_frames]: [usize; 2], moves: bool) -> (Vec<f64>, Vec<f64>) {
+fn layout(readings: &[RestReading], [n_bodies, n_frames]: [usize; 2], moves: bool) -> (Vec<f64>, Vec<f64>) {
     let (mut places, mut motion_m) = (vec![0.0; n_bodies], vec![0.0; n_frames]);
     for _ in 0..if moves { ROUNDS } else { 1 } {
         places = means(readings, n_bodies, |(body, frame, x)| (*body, x.value - motion_m[*frame]));
@@ -276,7 +277,7 @@ fn layout(readings: &[AtRest], [n_bodies, n_frames]: [usize; 2], moves: bool) ->
 }
 
 /// Weighted means of what readings say of each of `n` unknowns.
-fn means(readings: &[AtRest], n: usize, told: impl Fn(&AtRest) -> (usize, f64)) -> Vec<f64> {
+fn means(readings: &[RestReading], n: usize, told: impl Fn(&RestReading) -> (usize, f64)) -> Vec<f64> {
     let mut sums = vec![[0.0; 2]; n];
     for reading in readings {
         let (unknown, value) = told(reading);
@@ -287,14 +288,15 @@ fn means(readings: &[AtRest], n: usize, told: impl Fn(&AtRest) -> (usize, f64)) 
     sums.into_iter().map(|[sum, weight]| if weight > 0.0 { sum / weight } else { 0.0 }).collect()
 }
 
-fn chi_squared(readings: &[AtRest], places: &[f64], motion_m: &[f64]) -> f64 {
-    let square = |(body, frame, x): &AtRest| ((x.value - places[*body] - motion_m[*frame]) / x.sigma).powi(2);
+fn chi_squared(readings: &[RestReading], places: &[f64], motion_m: &[f64]) -> f64 {
+    let square =
+        |(body, frame, x): &RestReading| ((x.value - places[*body] - motion_m[*frame]) / x.sigma).powi(2);
     readings.iter().map(square).sum()
 }
 
 /// Root mean square of what recordings share after the trigger, from products of different recordings at one time.
-fn shared_m(recordings: &[Followed]) -> f64 {
-    let later = |one: &Followed| -> Vec<(f64, f64)> {
+fn shared_m(recordings: &[RecordingShift]) -> f64 {
+    let later = |one: &RecordingShift| -> Vec<(f64, f64)> {
         one.known().filter(|(time_s, _)| *time_s > 0.0).map(|(time_s, d)| (time_s, d.value)).collect()
     };
     let of_each: Vec<Vec<(f64, f64)>> = recordings.iter().map(later).collect();

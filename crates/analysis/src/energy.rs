@@ -78,7 +78,8 @@ pub(crate) fn pulses_and_bent_energies(
             }
             _ => Cow::Owned(smooth(&series, half_window)),
         };
-        let seen = Seen { series: &series, smoothed: &smoothed, half_window, pulse: pulse.as_ref().ok() };
+        let seen =
+            GapCompression { series: &series, smoothed: &smoothed, half_window, pulse: pulse.as_ref().ok() };
         peak_energy(&seen, map.spacing.of_gap_m(gap), |overlap_m| energy_of(gap, overlap_m), settings)
     });
     let energies = energies.collect();
@@ -86,14 +87,14 @@ pub(crate) fn pulses_and_bent_energies(
 }
 
 /// The compression of a gap, as it is and smoothed over so many samples on each side.
-struct Seen<'a> {
+struct GapCompression<'a> {
     series: &'a [Option<f64>],
     smoothed: &'a [Option<f64>],
     half_window: usize,
     pulse: Option<&'a LeadingPulse>,
 }
 
-impl Seen<'_> {
+impl GapCompression<'_> {
     /// The strain of the extreme about a sample, with compression (1) or tension (-1) counting as positive, and the same from half as far down. That of the
     /// leading pulse is known.
     fn extreme(
@@ -116,12 +117,12 @@ impl Seen<'_> {
 }
 
 fn peak_energy(
-    seen: &Seen<'_>,
+    seen: &GapCompression<'_>,
     pitch_m: f64,
     energy_of: impl Fn(f64) -> f64,
     settings: &FrontSettings,
 ) -> Result<GapEnergy, Missing> {
-    let &Seen { series, smoothed, half_window, pulse } = seen;
+    let &GapCompression { series, smoothed, half_window, pulse } = seen;
     let (summit, sign) = extreme_of_energy(smoothed, |strain| energy_of(strain * pitch_m))?;
     if summit == 0
         || summit + 1 == series.len()

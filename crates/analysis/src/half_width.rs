@@ -101,6 +101,15 @@ pub struct MovingProfile {
     trace: Vec<(f64, f64)>,
 }
 
+/// The highest point of the leading pulse at one time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ProfilePeak {
+    /// Its place, a fractional gap number.
+    pub place: f64,
+    /// Its compressive strain.
+    pub strain: f64,
+}
+
 impl MovingProfile {
     /// The profile of a strain map whose pulse moves at `velocity_m_per_s`.
     pub fn new(map: &StrainMap, pulses: &[Result<LeadingPulse, Missing>], velocity_m_per_s: f64) -> Self {
@@ -144,8 +153,8 @@ impl MovingProfile {
         interpolate(self.smoothed.get(gap.checked_sub(1)?)?, (t_s - self.first_time_s) / self.interval_s)
     }
 
-    /// Place (fractional gap number) and compressive strain of the leading pulse's peak at a time.
-    pub fn peak(&self, t_s: f64) -> Option<(f64, f64)> {
+    /// The leading pulse's peak at a time; `None` where the profile is not known about it.
+    pub fn peak(&self, t_s: f64) -> Option<ProfilePeak> {
         let expected = self.expected_place(t_s)?;
         let last_gap = self.smoothed.len() as f64;
         let n_steps = (2.0 * SEARCH_GAPS / SEARCH_STEP) as usize;
@@ -155,7 +164,7 @@ impl MovingProfile {
             .filter_map(|place| Some((place, self.compression(t_s, place)?)))
             .max_by(|a, b| a.1.total_cmp(&b.1))?;
         let place = self.golden_maximum(t_s, best - SEARCH_STEP, best + SEARCH_STEP)?;
-        Some((place, self.compression(t_s, place)?))
+        Some(ProfilePeak { place, strain: self.compression(t_s, place)? })
     }
 
     fn expected_place(&self, t_s: f64) -> Option<f64> {
@@ -184,10 +193,10 @@ impl MovingProfile {
         Some(0.5 * (low + high))
     }
 
-    /// Place (fractional gap number) ahead of the peak where the compression first falls to half of `height`.
-    fn half_height_place(&self, t_s: f64, peak_place: f64, height: f64) -> Option<f64> {
-        let excess = |place: f64| Some(self.compression(t_s, place)? - 0.5 * height);
-        let mut low = (peak_place, excess(peak_place)?);
+    /// Place (fractional gap number) ahead of the peak where the compression first falls to half of the peak's.
+    fn half_height_place(&self, t_s: f64, peak: ProfilePeak) -> Option<f64> {
+        let excess = |place: f64| Some(self.compression(t_s, place)? - 0.5 * peak.strain);
+        let mut low = (peak.place, excess(peak.place)?);
         loop {
             let next = low.0 + SEARCH_STEP;
             let high = (next, excess(next)?);
@@ -200,8 +209,8 @@ impl MovingProfile {
 
     /// Places of the peak and of half its height ahead of it.
     pub(crate) fn peak_and_half(&self, t_s: f64) -> Option<(f64, f64)> {
-        let (peak, height) = self.peak(t_s)?;
-        Some((peak, self.half_height_place(t_s, peak, height)?))
+        let peak = self.peak(t_s)?;
+        Some((peak.place, self.half_height_place(t_s, peak)?))
     }
 }
 

@@ -75,7 +75,7 @@ pub use dispersion::{DispersionMap, dispersion_map};
 pub use energy::{DampingShare, EnergyLaw, PeakEnergies, damping_share, pulses_and_energies};
 pub use error::{AnalysisError, Missing};
 pub use front::{Bend, FrontSettings, GapFront, LeadingPulse, OfGaps, leading_pulses};
-pub use half_width::{HalfWidth, MovingProfile, half_width_times, half_widths, profile_times};
+pub use half_width::{HalfWidth, MovingProfile, ProfilePeak, half_width_times, half_widths, profile_times};
 pub use line_test::{LineTest, line_rule, line_test};
 pub use measure::{MeasureSettings, Measurement, measure, measure_peak_energies};
 pub use pulses::{

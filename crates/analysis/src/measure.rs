@@ -241,7 +241,7 @@ impl<'a> Plan<'a> {
         Self { settings, energy_of, velocity_gaps, half_width_times_s, resonance }
     }
 
-    fn apply(&self, motion: &ChainMotion, map: &StrainMap) -> Values {
+    fn apply(&self, motion: &ChainMotion, map: &StrainMap) -> PointValues {
         let front = &self.settings.front;
         let (pulses, energies) = match self.energy_of {
             Some(energy_of) => pulses_and_bent_energies(map, front, energy_of),
@@ -260,7 +260,7 @@ impl<'a> Plan<'a> {
         let particles_m_per_s = particle_velocities_m_per_s(motion, map, &pulses);
         let gaps = self.velocity_gaps.as_ref().ok();
         let particle_m_per_s = gaps.and_then(|gaps| mean_within(&particles_m_per_s, gaps));
-        Values {
+        PointValues {
             pulses,
             particles_m_per_s,
             particle_m_per_s,
@@ -274,7 +274,7 @@ impl<'a> Plan<'a> {
 }
 
 /// Point values of everything that is measured.
-struct Values {
+struct PointValues {
     pulses: Vec<Result<LeadingPulse, Missing>>,
     particles_m_per_s: Vec<Option<f64>>,
     /// Mean over the gaps of the group velocity.
@@ -286,7 +286,7 @@ struct Values {
     resonance_hz: Option<f64>,
 }
 
-impl Values {
+impl PointValues {
     fn columns(&self) -> Columns {
         let of_pulses = |value: fn(&LeadingPulse) -> Option<f64>| -> Vec<Option<f64>> {
             self.pulses.iter().map(|pulse| pulse.as_ref().ok().and_then(value)).collect()
@@ -339,7 +339,7 @@ fn mean_within(of_gaps: &[Option<f64>], gaps: &RangeInclusive<usize>) -> Option<
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
-fn assemble(map: StrainMap, plan: &Plan<'_>, values: &Values, scatter: &Scatter) -> Measurement {
+fn assemble(map: StrainMap, plan: &Plan<'_>, values: &PointValues, scatter: &Scatter) -> Measurement {
     let half_width = |(row, t_s): (usize, &f64)| {
         Some(HalfWidth { t_s: *t_s, hwhm_m: scatter.estimate(Column::HalfWidth, row).ok()? })
     };

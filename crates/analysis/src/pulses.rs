@@ -16,7 +16,7 @@ use chainwave_measurement::{ChainMotion, ErrorModes, Estimate, median};
 pub use self::hump::Sense;
 use self::hump::{SmoothedRows, humps};
 use self::meeting::{Meeting, begins_at, meetings, phase_shift, reflected_from, rejoin, within_meetings};
-use self::path::{Line, PulsePath, common_speed};
+use self::path::{CourseLine, PulsePath, common_speed};
 pub use self::ridge::Direction;
 use self::ridge::{MIN_GAPS, ridges};
 use crate::check::{check_fraction, check_motion};
@@ -122,7 +122,7 @@ pub struct Collision {
 /// [`AnalysisError`] when a setting is out of range.
 pub fn follow_pulses(map: &StrainMap, settings: &PulseSettings) -> Result<Pulses, AnalysisError> {
     settings.check()?;
-    let found = Found::of(map, settings);
+    let found = PulseStructure::of(map, settings);
     let values = found.values(&found.courses, &map.spacing);
     Ok(found.assemble(&values, &[]))
 }
@@ -141,7 +141,7 @@ pub fn measure_pulses(
     settings.check()?;
     check_motion(motion)?;
     let map = strain_map(motion, spacing)?;
-    let found = Found::of(&map, settings);
+    let found = PulseStructure::of(&map, settings);
     let values = found.values(&found.courses, &map.spacing);
     let sigma = strain_sigma(motion, &map.spacing);
     let bare = ChainMotion { modes: ErrorModes::default(), ..motion.clone() };
@@ -155,7 +155,7 @@ pub fn measure_pulses(
 }
 
 /// What a record holds: the structure, which is found once and kept for replicas.
-struct Found {
+struct PulseStructure {
     courses: Vec<PulsePath>,
     meetings: Vec<Meeting>,
     /// Whether each passage lies within a meeting.
@@ -164,7 +164,7 @@ struct Found {
 }
 
 /// Numbers of each pulse, and of each meeting.
-struct Values {
+struct RecordValues {
     pulses: Vec<PulseValues>,
     shifts: Vec<[Option<f64>; 2]>,
 }
@@ -185,7 +185,7 @@ struct PassValues {
     hwhm_m: Option<f64>,
 }
 
-impl Found {
+impl PulseStructure {
     fn of(map: &StrainMap, settings: &PulseSettings) -> Self {
         let humps = humps(map, settings.false_rate, settings.least_share);
         let mut courses: Vec<PulsePath> =
@@ -215,7 +215,7 @@ impl Found {
         self.courses.iter().map(&mut again).collect()
     }
 
-    fn values(&self, courses: &[PulsePath], spacing: &Spacing) -> Values {
+    fn values(&self, courses: &[PulsePath], spacing: &Spacing) -> RecordValues {
         let of_pulse =
             |pulse: usize| pulse_values(&courses[pulse], &self.is_within[pulse], &self.met_s(pulse), spacing);
         let shifts = self.meetings.iter().map(|meeting| {
@@ -223,7 +223,7 @@ impl Found {
                 phase_shift(&courses[pulse], &self.is_within[pulse], meeting, &self.met_s(pulse))
             })
         });
-        Values { pulses: (0..courses.len()).map(of_pulse).collect(), shifts: shifts.collect() }
+        RecordValues { pulses: (0..courses.len()).map(of_pulse).collect(), shifts: shifts.collect() }
     }
 
     /// When a pulse meets others, in time.
@@ -234,7 +234,7 @@ impl Found {
         met_s
     }
 
-    fn assemble(&self, values: &Values, replicas: &[Values]) -> Pulses {
+    fn assemble(&self, values: &RecordValues, replicas: &[RecordValues]) -> Pulses {
         let pulse = |(index, course): (usize, &PulsePath)| {
             let own = &values.pulses[index];
             let estimate = |value: fn(&PulseValues) -> Option<f64>| {
@@ -269,7 +269,7 @@ impl Found {
         }
     }
 
-    fn pass(&self, values: &Values, replicas: &[Values], pulse: usize, place: usize) -> Pass {
+    fn pass(&self, values: &RecordValues, replicas: &[RecordValues], pulse: usize, place: usize) -> Pass {
         let own = &values.pulses[pulse].passes[place];
         let of_replicas = || replicas.iter().map(|replica| &replica.pulses[pulse].passes[place]);
         let surely = |value: fn(&PassValues) -> f64| {
@@ -313,7 +313,7 @@ fn pulse_values(course: &PulsePath, is_within: &[bool], met_s: &[f64], spacing: 
     let speed_at = |place: usize| {
         let beside = place.saturating_sub(BESIDE)..=(place + BESIDE).min(course.passes.len() - 1);
         let points: Vec<(f64, f64)> = beside.filter(is_found).map(point).collect();
-        Some(along * Line::through(&points, MIN_GAPS)?.speed()).filter(|speed| *speed > 0.0)
+        Some(along * CourseLine::through(&points, MIN_GAPS)?.speed()).filter(|speed| *speed > 0.0)
     };
     let of_pass = |place: usize| {
         let pass = &course.passes[place];

@@ -1,7 +1,7 @@
 //! What follows the leading pulse in one gap, windowed for spectra.
 
 use crate::front::compression;
-use crate::velocity::Line;
+use crate::velocity::FittedLine;
 use crate::{LeadingPulse, Missing, StrainMap};
 
 /// Zero padding of a record, so that the grid of a spectrum is finer than its resolution and no peak is lost between bins.
@@ -53,7 +53,7 @@ impl Tail {
 
 fn without_line(values: &[f64]) -> Vec<f64> {
     let points: Vec<(f64, f64)> = values.iter().enumerate().map(|(at, value)| (at as f64, *value)).collect();
-    let line = Line::fit(&points);
+    let line = FittedLine::fit(&points);
     let trend = |at: f64| line.map_or(0.0, |line| line.at(at));
     points.iter().map(|&(at, value)| value - trend(at)).collect()
 }

@@ -123,7 +123,7 @@ pub fn fit_speed(
     if points.len() < MIN_GAPS {
         return Err(Missing::TooFewGaps);
     }
-    let line = Line::total(&points).ok_or(Missing::NoProgress)?;
+    let line = FittedLine::total(&points).ok_or(Missing::NoProgress)?;
     let squares: f64 = points.iter().map(|&(time, place)| (place - line.at(time)).powi(2)).sum();
     Ok(SpeedFit {
         velocity_m_per_s: line.slope,
@@ -144,7 +144,10 @@ fn slopes_of_thirds(points: &[(f64, f64)]) -> Option<[f64; 2]> {
         return None;
     }
     let third = points.len() / 3;
-    Some([Line::total(&points[..third])?.slope, Line::total(&points[points.len() - third..])?.slope])
+    Some([
+        FittedLine::total(&points[..third])?.slope,
+        FittedLine::total(&points[points.len() - third..])?.slope,
+    ])
 }
 
 /// When the reflection of the pulse's foot at the chain's last gap comes back to a gap.
@@ -153,7 +156,7 @@ fn slopes_of_thirds(points: &[(f64, f64)]) -> Option<[f64; 2]> {
 /// reflection returns at the foot's own speed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reflection {
-    foot: Line,
+    foot: FittedLine,
     last_gap: f64,
 }
 
@@ -172,7 +175,8 @@ impl Reflection {
         };
         let formed = feet_from(first_gap);
         let points = if formed.len() < MIN_GAPS { feet_from(1) } else { formed };
-        let foot = Line::fit(&points).filter(|line| line.slope > 0.0).ok_or(Missing::ReflectionUntold)?;
+        let foot =
+            FittedLine::fit(&points).filter(|line| line.slope > 0.0).ok_or(Missing::ReflectionUntold)?;
         Ok(Self { foot, last_gap: n_gaps as f64 })
     }
 
@@ -214,13 +218,13 @@ fn is_another_hump(last: &LeadingPulse, next: &LeadingPulse) -> bool {
 
 /// A straight line through points.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Line {
+pub(crate) struct FittedLine {
     x_mean: f64,
     y_mean: f64,
     pub(crate) slope: f64,
 }
 
-impl Line {
+impl FittedLine {
     /// By ordinary least squares of y; `None` when the points do not spread in x.
     pub(crate) fn fit(points: &[(f64, f64)]) -> Option<Self> {
         let n = points.len() as f64;

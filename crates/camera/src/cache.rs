@@ -8,10 +8,10 @@ const LEAST_KEPT: usize = 4;
 
 /// The last decoded frames of a compressed recording: all regions of a frame cost one decoding.
 pub(crate) struct FrameCache<D, F> {
-    state: Mutex<State<D, F>>,
+    state: Mutex<CacheState<D, F>>,
 }
 
-struct State<D, F> {
+struct CacheState<D, F> {
     decoder: D,
     n_kept: usize,
     /// Frame numbers and frames, the oldest first.
@@ -27,7 +27,7 @@ impl<D, F> FrameCache<D, F> {
     /// An empty cache of `n_kept` frames, or few if that is less.
     pub(crate) fn of_frames(decoder: D, n_kept: usize) -> Self {
         let n_kept = n_kept.max(LEAST_KEPT);
-        Self { state: Mutex::new(State { decoder, n_kept, kept: VecDeque::new() }) }
+        Self { state: Mutex::new(CacheState { decoder, n_kept, kept: VecDeque::new() }) }
     }
 
     /// The frame, decoded unless it is kept. A failure is not kept.
@@ -50,7 +50,7 @@ impl<D, F> FrameCache<D, F> {
         if let Some((_, found)) = state.kept.iter().find(|(number, _)| *number == frame) {
             return Ok(Arc::clone(found));
         }
-        let State { decoder, n_kept, kept } = &mut *state;
+        let CacheState { decoder, n_kept, kept } = &mut *state;
         let run = decode(decoder, *n_kept)?;
         let first = frame + 1 - run.len().min(frame + 1);
         kept.extend(run.into_iter().enumerate().map(|(index, decoded)| (first + index, Arc::new(decoded))));

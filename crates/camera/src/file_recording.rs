@@ -6,23 +6,24 @@ use std::path::{Path, PathBuf};
 use chainwave_measurement::{PlainFrame, ReadError, Recording, RecordingInfo, Region};
 
 use crate::options::{ByteCounter, OpenOptions};
+use crate::picture::PictureShape;
 use crate::timing::Timing;
 
-/// What is known of a recording whose file says nothing of a camera, an exposure and a trigger: its format, the width, height and bits of its frames,
+/// What is known of a recording whose file says nothing of a camera, an exposure and a trigger: its format, the shape of its frames,
 /// when each was taken, and what else a reader should know.
 pub(crate) fn without_camera(
     format: String,
-    (width_px, height_px, bit_depth): (usize, usize, u32),
+    shape: PictureShape,
     timing: Timing,
     mut remarks: Vec<String>,
 ) -> RecordingInfo {
     remarks.insert(0, timing.warning);
     RecordingInfo {
         format,
-        width_px,
-        height_px,
+        width_px: shape.width_px,
+        height_px: shape.height_px,
         n_frames: timing.times_s.len(),
-        bit_depth,
+        bit_depth: shape.bits,
         rate_hz: timing.rate_hz,
         times_s: timing.times_s,
         first_image: 0,

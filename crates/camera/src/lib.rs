@@ -77,6 +77,7 @@ mod library;
 mod linearise;
 mod mapping;
 mod mraw;
+mod name_list;
 mod npy;
 mod options;
 mod packing;
@@ -113,8 +114,8 @@ pub use raw::open_raw;
 pub use raw_geometry::RawGeometry;
 pub use sensor::{Corrected, Defect, DefectKind, DefectMap, PixelStatistics, SensorCorrection};
 pub use survey::{
-    ContactSheet, GrayFrame, Histogram, NoiseEstimate, SheetLayout, contact_sheet, gray_frame, gray_frames,
-    histogram, noise,
+    ContactSheet, GrayFrame, Histogram, NoiseEstimate, Saturation, SheetLayout, contact_sheet, gray_frame,
+    gray_frames, histogram, noise,
 };
 
 /// The formats, in the order in which they are asked.

@@ -10,6 +10,7 @@ use crate::flat::FlatFrames;
 use crate::format::{Format, Opened, itself};
 use crate::mapping::map_file;
 use crate::options::OpenOptions;
+use crate::picture::PictureShape;
 use crate::raster::Raster;
 use crate::timing::{Timing, unstated_depth};
 use header::NpyHeader;
@@ -32,7 +33,7 @@ fn open(path: &Path, options: &OpenOptions) -> Opened {
     let bit_depth = header.packing.stored_bits();
     let timing = Timing::of(0..n_frames as u64, options, None);
     let remarks = unstated_depth(bit_depth).into_iter().chain(cut).collect();
-    let shape = (header.width_px, header.height_px, bit_depth);
+    let shape = PictureShape { width_px: header.width_px, height_px: header.height_px, bits: bit_depth };
     let info = without_camera(format!("npy {bit_depth} bit"), shape, timing, remarks);
     let frames = FlatFrames::new(path, map, raster, header.data_offset);
     Ok(Box::new(FileRecording::new(path, info, frames, options)))

@@ -32,8 +32,13 @@ impl Packing {
         }
     }
 
+    /// Pixels of the smallest whole group.
+    pub(crate) fn group_px(self) -> usize {
+        self.group().0
+    }
+
     /// Pixels and bytes of the smallest whole group.
-    pub(crate) fn group(self) -> (usize, usize) {
+    fn group(self) -> (usize, usize) {
         match self {
             Self::Gray8 => (1, 1),
             Self::Gray16Little | Self::Gray16Big => (1, 2),

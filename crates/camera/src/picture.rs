@@ -1,12 +1,39 @@
 //! One opened image: rows where they lie in the file, in strips, or decoded gray.
 
-use chainwave_measurement::Region;
+use std::fmt::{self, Display, Formatter};
+
+use chainwave_measurement::{RecordingInfo, Region};
 use memmap2::Mmap;
 
 use crate::raster::Raster;
 
 /// Decoded pixels per byte of a file beyond which a compressed image cannot be genuine: deflate and LZW stay below.
 const MOST_EXPANSION: u64 = 1500;
+
+/// Size and depth of a picture, the same in all frames of a recording.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct PictureShape {
+    pub(crate) width_px: usize,
+    pub(crate) height_px: usize,
+    /// Significant bits of a pixel.
+    pub(crate) bits: u32,
+}
+
+impl PictureShape {
+    pub(crate) fn of_recording(info: &RecordingInfo) -> Self {
+        Self { width_px: info.width_px, height_px: info.height_px, bits: info.bit_depth }
+    }
+
+    pub(crate) fn n_pixels(self) -> usize {
+        self.width_px * self.height_px
+    }
+}
+
+impl Display for PictureShape {
+    fn fmt(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
+        write!(formatter, "{} x {} px of {} bits", self.width_px, self.height_px, self.bits)
+    }
+}
 
 /// One image, opened.
 pub(crate) enum Picture {
@@ -24,11 +51,14 @@ pub(crate) enum Picture {
 }
 
 impl Picture {
-    /// Width, height and significant bits of a pixel.
-    pub(crate) fn shape(&self) -> (usize, usize, u32) {
+    pub(crate) fn shape(&self) -> PictureShape {
         match self {
-            Self::Mapped { raster, bits, .. } => (raster.width_px, raster.height_px, *bits),
-            Self::Decoded(gray) => (gray.width_px, gray.height_px, gray.bits),
+            Self::Mapped { raster, bits, .. } => {
+                PictureShape { width_px: raster.width_px, height_px: raster.height_px, bits: *bits }
+            }
+            Self::Decoded(gray) => {
+                PictureShape { width_px: gray.width_px, height_px: gray.height_px, bits: gray.bits }
+            }
         }
     }
 
@@ -106,18 +136,15 @@ pub(crate) struct Gray {
 impl Gray {
     /// The picture in `samples`, of which each pixel has `n_channels`: gray, gray and opacity, red, green and blue, or these
     /// and opacity. `None` unless red, green and blue are the same everywhere, or when samples are missing.
-    pub(crate) fn from_channels(
-        (width_px, height_px, bits): (usize, usize, u32),
-        n_channels: usize,
-        samples: &[u16],
-    ) -> Option<Self> {
+    pub(crate) fn from_channels(shape: PictureShape, n_channels: usize, samples: &[u16]) -> Option<Self> {
+        let PictureShape { width_px, height_px, bits } = shape;
         let n_colours = if n_channels >= 3 { 3 } else { 1 };
         let pixel = |samples: &[u16]| {
             let (first, others) = samples.get(..n_colours)?.split_first()?;
             others.iter().all(|other| other == first).then_some(*first)
         };
         let counts: Vec<u16> = samples.chunks_exact(n_channels).map(pixel).collect::<Option<_>>()?;
-        (counts.len() == width_px * height_px).then_some(Self { width_px, height_px, bits, counts })
+        (counts.len() == shape.n_pixels()).then_some(Self { width_px, height_px, bits, counts })
     }
 
     pub(crate) fn copy(&self, region: Region, pixels: &mut [f32]) {

@@ -7,7 +7,7 @@ use std::path::Path;
 use png::{BitDepth, ColorType};
 
 use crate::error::CameraError;
-use crate::picture::{Gray, Picture, is_plausible};
+use crate::picture::{Gray, Picture, PictureShape, is_plausible};
 
 pub(crate) const MAGIC: &[u8] = b"\x89PNG\r\n\x1A\n";
 
@@ -35,7 +35,7 @@ pub(crate) fn load(path: &Path) -> Result<Picture, CameraError> {
     } else {
         (8, samples.into_iter().map(u16::from).collect())
     };
-    let gray = Gray::from_channels((width_px, height_px, bits), n_channels, &samples);
+    let gray = Gray::from_channels(PictureShape { width_px, height_px, bits }, n_channels, &samples);
     gray.map(Picture::Decoded).ok_or_else(|| CameraError::Colour {
         path: path.into(),
         reason: "pixels whose red, green and blue differ".into(),

@@ -10,6 +10,7 @@ use crate::format::Opened;
 use crate::mapping::map_file;
 use crate::options::OpenOptions;
 use crate::partial;
+use crate::picture::PictureShape;
 use crate::raster::Raster;
 use crate::raw_geometry::RawGeometry;
 use crate::stated_depth::CheckedRows;
@@ -39,7 +40,11 @@ pub fn open_raw(path: &Path, geometry: RawGeometry, options: &OpenOptions) -> Op
     )];
     remarks.extend(unstated_depth(geometry.bits()));
     remarks.extend(cut);
-    let shape = (geometry.width_px(), geometry.height_px(), geometry.bits());
+    let shape = PictureShape {
+        width_px: geometry.width_px(),
+        height_px: geometry.height_px(),
+        bits: geometry.bits(),
+    };
     let info = without_camera(format!("raw {geometry}"), shape, timing, remarks);
     let frames = FlatFrames::new(path, map, raster, 0);
     Ok(Box::new(FileRecording::new(path, info, frames, options)))

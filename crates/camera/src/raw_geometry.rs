@@ -68,7 +68,7 @@ impl FromStr for RawGeometry {
             _ => return Err(refused("8 to 16 bits")),
         };
         let geometry = Self { width_px, height_px, bits, packing };
-        let (group_px, _) = packing.group();
+        let group_px = packing.group_px();
         let is_whole = geometry.raster().is_some();
         is_whole
             .then_some(geometry)

@@ -19,7 +19,7 @@ use crate::format::{Format, Opened, itself};
 use crate::mraw::header_beside;
 use crate::options::OpenOptions;
 use crate::partial;
-use crate::picture::Picture;
+use crate::picture::{Picture, PictureShape};
 use crate::timing::unstated_depth;
 use crate::{bmp, jpeg, pgm, png, tiff};
 use numbering::Numbering;
@@ -34,7 +34,7 @@ pub(crate) const FOLDER: Format = Format {
 
 pub(crate) const IMAGE: Format = Format {
     name: "PNG, BMP, JPEG or PGM image",
-    recognises: |candidate| Kind::of(&candidate.head).is_some(),
+    recognises: |candidate| ImageKind::of(&candidate.head).is_some(),
     open: |path, options| open(path, vec![path.into()], &Numbering::single(), options),
     files: itself,
 };
@@ -43,7 +43,7 @@ pub(crate) const IMAGE: Format = Format {
 const IMAGE_NAMES: [&str; 7] = ["tif", "tiff", "png", "bmp", "jpg", "jpeg", "pgm"];
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Kind {
+enum ImageKind {
     Tiff,
     Png,
     Bmp,
@@ -51,7 +51,7 @@ enum Kind {
     Pgm,
 }
 
-impl Kind {
+impl ImageKind {
     fn of(head: &[u8]) -> Option<Self> {
         if tiff::is_tiff(head) {
             Some(Self::Tiff)
@@ -80,15 +80,15 @@ impl Kind {
 }
 
 /// Opens an image of whatever kind its first bytes say.
-fn load(path: &Path) -> Result<(Kind, Picture), CameraError> {
+fn load(path: &Path) -> Result<(ImageKind, Picture), CameraError> {
     let head = read_head(path)?;
     let picture = |kind, picture: Result<Picture, CameraError>| picture.map(|picture| (kind, picture));
-    match Kind::of(&head) {
-        Some(Kind::Tiff) => picture(Kind::Tiff, tiff::load(path)),
-        Some(Kind::Png) => picture(Kind::Png, png::load(path)),
-        Some(Kind::Bmp) => picture(Kind::Bmp, bmp::load(path)),
-        Some(Kind::Jpeg) => picture(Kind::Jpeg, jpeg::load(path)),
-        Some(Kind::Pgm) => picture(Kind::Pgm, pgm::load(path)),
+    match ImageKind::of(&head) {
+        Some(ImageKind::Tiff) => picture(ImageKind::Tiff, tiff::load(path)),
+        Some(ImageKind::Png) => picture(ImageKind::Png, png::load(path)),
+        Some(ImageKind::Bmp) => picture(ImageKind::Bmp, bmp::load(path)),
+        Some(ImageKind::Jpeg) => picture(ImageKind::Jpeg, jpeg::load(path)),
+        Some(ImageKind::Pgm) => picture(ImageKind::Pgm, pgm::load(path)),
         None => Err(CameraError::Malformed {
             path: path.into(),
             what: "image".into(),
@@ -111,7 +111,7 @@ fn open_folder(path: &Path, options: &OpenOptions) -> Opened {
     let (mut unreadable, mut others) = (Vec::new(), Vec::new());
     for file in files_in(path)? {
         let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        match Kind::of(&read_head(&file)?) {
+        match ImageKind::of(&read_head(&file)?) {
             Some(kind) => images.push((kind, name, file)),
             None if IMAGE_NAMES.iter().any(|extension| has_extension(&file, extension)) => {
                 unreadable.push(name);
@@ -126,7 +126,7 @@ fn open_folder(path: &Path, options: &OpenOptions) -> Opened {
             hint: "name the recordings in it one by one, or by a pattern".into(),
         });
     }
-    let names: Vec<(Kind, &str)> = images.iter().map(|(kind, name, _)| (*kind, name.as_str())).collect();
+    let names: Vec<(ImageKind, &str)> = images.iter().map(|(kind, name, _)| (*kind, name.as_str())).collect();
     let mut numbering = Numbering::of(&names).map_err(|(what, hint)| CameraError::Unsupported {
         path: path.into(),
         what,
@@ -142,7 +142,7 @@ fn open_folder(path: &Path, options: &OpenOptions) -> Opened {
 
 fn open(path: &Path, mut files: Vec<PathBuf>, numbering: &Numbering, options: &OpenOptions) -> Opened {
     let (kind, first) = load(&files[0])?;
-    let shape @ (_, _, bit_depth) = first.shape();
+    let shape = first.shape();
     let n_stated = files.len();
     if options.partial {
         // The copy of a folder ends in an image that is cut short, or in some that are empty.
@@ -152,14 +152,14 @@ fn open(path: &Path, mut files: Vec<PathBuf>, numbering: &Numbering, options: &O
     }
     let schedule = Schedule::of(path, &files, numbering, options)?;
     let mut remarks = schedule.warnings;
-    remarks.extend(unstated_depth(bit_depth));
-    remarks.extend((kind == Kind::Jpeg).then(|| jpeg::LOSSY.into()));
+    remarks.extend(unstated_depth(shape.bits));
+    remarks.extend((kind == ImageKind::Jpeg).then(|| jpeg::LOSSY.into()));
     remarks.extend(numbering.warnings.iter().cloned());
     if files.len() < n_stated {
         remarks.push(partial::warning(files.len(), Some(n_stated)));
     }
     let extent = if path.is_dir() { "series" } else { "image" };
-    let format = format!("{} {extent} {bit_depth} bit", kind.name());
+    let format = format!("{} {extent} {} bit", kind.name(), shape.bits);
     let info = RecordingInfo {
         first_image: schedule.first_image,
         camera: schedule.camera,
@@ -174,16 +174,14 @@ fn open(path: &Path, mut files: Vec<PathBuf>, numbering: &Numbering, options: &O
 struct SeriesImages {
     files: Vec<PathBuf>,
     cache: FrameCache<(), Picture>,
-    /// Width, height and bits of a pixel.
-    shape: (usize, usize, u32),
+    shape: PictureShape,
 }
 
 impl SeriesImages {
     fn picture(&self, frame: usize) -> Result<Picture, String> {
         let (_, picture) = load(&self.files[frame]).map_err(|error| error.to_string())?;
         if picture.shape() != self.shape {
-            let text = |(width, height, bits)| format!("{width} x {height} px of {bits} bits");
-            let (expected, found) = (text(self.shape), text(picture.shape()));
+            let (expected, found) = (self.shape, picture.shape());
             return Err(format!("{}: expected {expected}, found {found}", self.files[frame].display()));
         }
         Ok(picture)

@@ -7,6 +7,6 @@ mod regression;
 mod sheet;
 
 pub(crate) use frames::whole_frame;
-pub use histogram::{Histogram, histogram};
+pub use histogram::{Histogram, Saturation, histogram};
 pub use noise::{NoiseEstimate, noise};
 pub use sheet::{ContactSheet, GrayFrame, SheetLayout, contact_sheet, gray_frame, gray_frames};

@@ -47,11 +47,13 @@ pub(crate) fn load(path: &Path) -> Result<Picture, CameraError> {
     let first = directories.first().ok_or_else(|| reader.no_image())?;
     let page = Page::read(&reader, first)?;
     match page.storage {
-        PageStorage::Plain { raster, strips } => Ok(Picture::Mapped { map, raster, strips, bits: page.bits }),
+        PageStorage::Plain { raster, strips } => {
+            Ok(Picture::Mapped { map, raster, strips, bits: page.shape.bits })
+        }
         PageStorage::Coded => {
-            let mut decoder = coded::CodedImages::open(path, page.width_px * page.height_px)
+            let mut decoder = coded::CodedImages::open(path, page.shape.n_pixels())
                 .map_err(|reason| CameraError::Decoder { path: path.into(), reason })?;
-            let gray = decoder.image(0, (page.width_px, page.height_px, page.bits));
+            let gray = decoder.image(0, page.shape);
             gray.map(Picture::Decoded).map_err(|refusal| refusal.of(path))
         }
     }

@@ -11,6 +11,7 @@ use crate::error::Error;
 use crate::mat::{Field, Structure};
 use crate::outcome::Outcome;
 use crate::output::{expect_apart, expect_folder_of, make_folder, write_whole};
+use crate::run_files::RESULTS;
 use crate::terminal::say;
 use crate::{mat, table};
 use chainwave_experiment::read_text;
@@ -60,7 +61,7 @@ fn write_mat(results: &Path, tables: &[PathBuf], out: &Path) -> Result<(), Error
         let fields = table::fields(path, &table::read_frame(path)?)?;
         variables.push(Structure { name: parts.join("_"), fields });
     }
-    let numbers = results.join("results.json");
+    let numbers = results.join(RESULTS);
     if numbers.is_file() {
         let told: Value = serde_json::from_str(&read_text(&numbers)?)
             .map_err(|wrong| Error::configuration(&numbers, wrong.to_string()))?;

@@ -36,7 +36,7 @@ struct Family {
 type Measure = Box<dyn Fn(f64) -> Result<f64, String> + Send + Sync>;
 
 /// What came out of one case.
-struct Finding {
+struct ExtremeFinding {
     area: &'static str,
     case: &'static str,
     parameter: &'static str,
@@ -64,7 +64,7 @@ pub(crate) fn extremes(arguments: &cli::Extremes) -> Result<Outcome, Error> {
         family.try_at(area, *value)
     });
     write(&arguments.out.join("extremes.parquet"), &findings)?;
-    let rows: Vec<ExtremeRow> = findings.iter().map(Finding::row).collect();
+    let rows: Vec<ExtremeRow> = findings.iter().map(ExtremeFinding::row).collect();
     draw(&arguments.out.join("extremes"), &rows)?;
     let mut outcome = Outcome::default();
     for finding in findings.iter().filter(|finding| !finding.passed) {
@@ -91,10 +91,10 @@ impl Family {
         Self { may_refuse: true, ..self }
     }
 
-    fn try_at(&self, area: &'static str, value: f64) -> Finding {
+    fn try_at(&self, area: &'static str, value: f64) -> ExtremeFinding {
         let measured = (self.measure)(value);
         let refusal = if self.may_refuse { ", or refused with a reason" } else { "" };
-        Finding {
+        ExtremeFinding {
             area,
             case: self.case,
             parameter: self.parameter,
@@ -124,7 +124,7 @@ fn text(error: MechanicsError) -> String {
     error.to_string()
 }
 
-impl Finding {
+impl ExtremeFinding {
     fn row(&self) -> ExtremeRow {
         ExtremeRow {
             name: format!("{}, {} = {:e}", self.case, self.parameter, self.value),
@@ -139,8 +139,8 @@ impl Finding {
     }
 }
 
-fn write(path: &Path, findings: &[Finding]) -> Result<(), Error> {
-    let texts = |text: fn(&Finding) -> &str| findings.iter().map(text).collect::<Vec<_>>();
+fn write(path: &Path, findings: &[ExtremeFinding]) -> Result<(), Error> {
+    let texts = |text: fn(&ExtremeFinding) -> &str| findings.iter().map(text).collect::<Vec<_>>();
     table::write(
         path,
         vec![

@@ -32,6 +32,7 @@ use crate::outcome::Outcome;
 use crate::output::make_folder;
 use crate::output::write_json;
 use crate::run::{draw_motion, write_measurement};
+use crate::run_files::RESULTS;
 use crate::terminal::{say, tell};
 
 /// Reads the trials of a mapping, merges and measures them, and writes tables, figures and `results.json`.
@@ -67,7 +68,7 @@ pub(crate) fn import(arguments: &cli::Import) -> Result<Outcome, Error> {
     make_folder(&arguments.out)?;
     write_measurement(&arguments.out, &stitched, None, &measurement)?;
     draw_motion(&arguments.out, &mapping.name, &stitched.motion, &measurement)?;
-    write_json(&arguments.out.join("results.json"), &results(&stitched, &measurement))?;
+    write_json(&arguments.out.join(RESULTS), &results(&stitched, &measurement))?;
     print(&mapping.name, &stitched, &measurement);
     Ok(outcome)
 }
@@ -103,10 +104,10 @@ fn motion_at_rest(observation: &Observation, rest_until_s: f64) -> Option<String
 /// One trial's displacements on its own time base.
 fn observation(mapping: &Mapping, folder: &Path, name: &Path, trial: u32) -> Result<Observation, Error> {
     let path = folder.join(name);
-    let Samples { times_s, bodies } = match (mapping.program, &mapping.layout) {
+    let ImportedSamples { times_s, bodies } = match (mapping.program, &mapping.layout) {
         (Some(program), _) => of_program(mapping, program, &path)?,
         (None, Some(layout)) => of_columns(mapping, layout, &path)?,
-        (None, None) => Samples::default(),
+        (None, None) => ImportedSamples::default(),
     };
     let zero_s = match (mapping.time.zero, bodies.first()) {
         (Zero::FirstBody, Some(first)) => half_way_s(&times_s, first)
@@ -124,13 +125,13 @@ fn observation(mapping: &Mapping, folder: &Path, name: &Path, trial: u32) -> Res
 
 /// What a file says: times as they are stated, and bodies in metres.
 #[derive(Default)]
-struct Samples {
+struct ImportedSamples {
     times_s: Vec<f64>,
     bodies: Vec<BodyTrack>,
 }
 
 /// A file whose columns (or lines) the mapping names.
-fn of_columns(mapping: &Mapping, layout: &Layout, path: &Path) -> Result<Samples, Error> {
+fn of_columns(mapping: &Mapping, layout: &Layout, path: &Path) -> Result<ImportedSamples, Error> {
     let numbers = Numbers::read(path, layout)?;
     let of_body = |body: usize| -> Result<BodyTrack, Error> {
         let values = numbers.series(mapping.displacement.place(body))?;
@@ -144,11 +145,11 @@ fn of_columns(mapping: &Mapping, layout: &Layout, path: &Path) -> Result<Samples
         Ok(BodyTrack { body, position_m: values.into_iter().zip(sigmas).map(position).collect() })
     };
     let bodies = (1..=mapping.chain.n_bodies).map(of_body).collect::<Result<_, _>>()?;
-    Ok(Samples { times_s: mapping.time.times_s(&numbers)?, bodies })
+    Ok(ImportedSamples { times_s: mapping.time.times_s(&numbers)?, bodies })
 }
 
 /// A file of a program that is known by name.
-fn of_program(mapping: &Mapping, program: Program, path: &Path) -> Result<Samples, Error> {
+fn of_program(mapping: &Mapping, program: Program, path: &Path) -> Result<ImportedSamples, Error> {
     let Displacement { axis, unit_m, .. } = mapping.displacement;
     let names = mapping.tracks.as_deref();
     let (tracks, times_s) =
@@ -169,7 +170,7 @@ fn of_program(mapping: &Mapping, program: Program, path: &Path) -> Result<Sample
         body: row + 1,
         position_m: instants.iter().map(|instant| track.spots.get(instant).map(position)).collect(),
     };
-    Ok(Samples { times_s, bodies: tracks.iter().enumerate().map(body).collect() })
+    Ok(ImportedSamples { times_s, bodies: tracks.iter().enumerate().map(body).collect() })
 }
 
 /// When a body first passes half of its farthest displacement from where it began, linear between samples.

@@ -96,7 +96,7 @@ impl Survey {
     fn as_json(&self) -> Value {
         let noise = self.noise.as_ref().ok();
         let counts = self.histogram.as_ref().ok();
-        let saturated = counts.map(|counts| counts.saturation().map_or(0, |(_, n)| n));
+        let saturated = counts.map(|counts| counts.saturation().map_or(0, |saturation| saturation.n_pixels));
         json!({
             "noise_sigma_counts": noise.map(|noise| noise.sigma(noise.median_count)),
             "noise_at_counts": noise.map(|noise| noise.median_count),
@@ -121,7 +121,7 @@ impl Survey {
             Ok(counts) => {
                 let (low, middle, high) =
                     (counts.quantile(0.01), counts.quantile(0.5), counts.quantile(0.99));
-                let saturated = counts.saturation().map_or(0, |(_, n)| n);
+                let saturated = counts.saturation().map_or(0, |saturation| saturation.n_pixels);
                 let dark = counts.n_dark();
                 format!(
                     "1 % below {low}, median {middle}, 1 % above {high}; {dark} dark, {saturated} saturated"

@@ -40,6 +40,7 @@ mod progress;
 mod prove;
 mod review;
 mod run;
+mod run_files;
 mod samples;
 mod shell;
 mod simulate;

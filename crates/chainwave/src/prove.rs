@@ -21,7 +21,7 @@ use chainwave_experiment::{
 
 use self::by_kind::Kinds;
 use self::coverage::Coverage;
-use self::findings::{Finding, Said};
+use self::findings::{ProofFinding, Said};
 use self::variant::Variant;
 use crate::cli;
 use crate::error::Error;
@@ -206,7 +206,7 @@ impl<'a> Plan<'a> {
             Dependency::new("trials", format!("{trials:?}")),
             Dependency::new("calibration", calibration.unwrap_or_default()),
             Dependency::new("algorithm", versions),
-            Dependency::new("findings", Finding::VERSION.to_string()),
+            Dependency::new("findings", ProofFinding::VERSION.to_string()),
         ];
         let name = format!("{}-{}", variant.name(), &digest(format!("{key:?}").as_bytes())[..16]);
         Ok(Self { variant, experiment, trials, path, jobs: arguments.jobs, subjects, key, name })
@@ -226,14 +226,14 @@ impl<'a> Plan<'a> {
             }
             Err(error)
         })?;
-        let columns = Finding::columns(self.variant, &said, &found);
+        let columns = ProofFinding::columns(self.variant, &said, &found);
         kept.keep_table(&self.name, &subject, &self.key, columns)?;
         remove_folder(&folder)?;
         table::read(&kept.path(&self.name))
     }
 
     /// The findings, and what the experiment is warned of.
-    fn carry_out(&self, folder: &Path) -> Result<(Vec<Finding>, Said), Error> {
+    fn carry_out(&self, folder: &Path) -> Result<(Vec<ProofFinding>, Said), Error> {
         let recordings = folder.join("recordings");
         film_into(&self.experiment, &self.trials, self.path, &recordings, self.jobs)?;
         if let Some(name) = &self.experiment.camera.calibration {

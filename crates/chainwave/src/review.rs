@@ -8,7 +8,7 @@ use chainwave_experiment::{Doubt, DoubtfulReading, ReviewedRecording, review_que
 use polars_core::prelude::Column;
 use serde_json::{Value, json};
 
-pub(crate) use self::results::{ReviewedResults, TRACKS};
+pub(crate) use self::results::ReviewedResults;
 use crate::cli;
 use crate::error::Error;
 use crate::outcome::Outcome;

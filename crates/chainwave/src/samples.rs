@@ -17,9 +17,6 @@ use crate::outcome::Outcome;
 use crate::output::{make_folder, write_text};
 use crate::table::{self, column};
 
-/// The paper's contact law, fitted to the ring's compression curve over 0-10 mm (N/m^p, m, 1).
-const RING_LAW: (f64, f64, f64) = (60.1, 2.27e-3, 0.114);
-
 /// What lies beside a sample, in the file named after it with `.toml` behind.
 #[derive(Serialize)]
 struct Sidecar {
@@ -110,13 +107,12 @@ fn view_of_one_trial(folder: &Path) -> Result<(), Error> {
 
 /// The chain of the paper, damped, over the time of the sample.
 fn struck_chain() -> Result<Trajectory, Error> {
-    let (a, delta_0_m, p) = RING_LAW;
     let chain = Chain {
         mass_kg: vec![0.455e-3; 26],
         damping_kg_per_s: vec![0.003; 26],
         ground_stiffness_n_per_m: Vec::new(),
         ground_law: None,
-        contact: PowerLaw::new(a, delta_0_m, p)?.into(),
+        contact: PowerLaw::ELLIPTICAL_RING.into(),
         drive: Drive::Striker(Striker { mass_kg: 4.3e-3, velocity_m_per_s: 2.73, damping_kg_per_s: 0.2 }),
         far_end: FarEnd::Free,
     };
@@ -131,8 +127,8 @@ fn struck_chain() -> Result<Trajectory, Error> {
 }
 
 fn compression(folder: &Path) -> Result<(), Error> {
-    let (a, delta_0_m, p) = RING_LAW;
-    let law = PowerLaw::new(a, delta_0_m, p)?;
+    let law = PowerLaw::ELLIPTICAL_RING;
+    let PowerLaw { a, delta_0_m, p } = law;
     let test = CompressionTest { max_overlap_m: 10e-3, n_points: 401, force_noise_n: 5e-3, seed: 1 };
     let readings = compression_curve(|overlap_m| law.force_n(overlap_m), &test)?;
     let path = folder.join("hec-compression.csv");

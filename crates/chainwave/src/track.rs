@@ -30,7 +30,7 @@ use crate::terminal::{say, tell};
 pub(crate) fn track(arguments: &cli::Track) -> Result<Outcome, Error> {
     let points = read_points(&arguments.points)?;
     let choice = matching::choice(&arguments.matching)?;
-    let options = arguments.reading.options(arguments.rate_hz);
+    let options = arguments.reading.options(arguments.frame_rate.rate_hz);
     on_demand::expect_readable(&arguments.recordings, &options)?;
     let left_out = match choice.accuracy_px() {
         Some(_) => on_demand::expect_all_methods()?,
@@ -136,7 +136,8 @@ impl Job<'_> {
     /// Follows the points through one recording, and says which frames of it could not be read.
     fn carry_out(&self, path: &Path) -> Result<(FollowedPoints, Option<String>), Error> {
         let arguments = self.arguments;
-        let opened = chainwave_camera::open_with(path, &arguments.reading.options(arguments.rate_hz))?;
+        let opened =
+            chainwave_camera::open_with(path, &arguments.reading.options(arguments.frame_rate.rate_hz))?;
         let recording = match self.sensor {
             Some(sensor) => sensor.correct(opened)?,
             None => opened,

@@ -34,7 +34,7 @@ pub(crate) fn watch(arguments: &cli::Watch) -> Result<Outcome, Error> {
     let setup = setup.transpose()?;
     let options = match &setup {
         Some(setup) => setup.open_options(),
-        None => arguments.reading.options(arguments.rate_hz),
+        None => arguments.reading.options(arguments.frame_rate.rate_hz),
     };
     let mut folder = Folder::of(&arguments.folder)?;
     let listed = setup.iter().flat_map(|setup| &setup.trials).map(|trial| trial.view);

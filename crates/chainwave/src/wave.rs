@@ -8,6 +8,7 @@ use chainwave_measurement::{Estimate, Trajectory, median_interval_s};
 use ndarray::{Array2, ArrayView1, s};
 
 use crate::error::Error;
+use crate::run_files::{RESULTS, STRAIN};
 use crate::table;
 use chainwave_experiment::read_text;
 
@@ -76,7 +77,7 @@ impl Wave {
     /// # Errors
     /// A table that is missing or holds something else.
     pub(crate) fn of_results(name: &'static str, folder: &Path) -> Result<Self, Error> {
-        let path = folder.join("results.json");
+        let path = folder.join(RESULTS);
         let results: serde_json::Value = serde_json::from_str(&read_text(&path)?)
             .map_err(|wrong| Error::configuration(&path, wrong.to_string()))?;
         let number = |key: &str| results[key].as_f64();
@@ -89,7 +90,7 @@ impl Wave {
                 gaps: (gap(0)?, gap(1)?),
             })
         };
-        let (times_s, strain) = read_strain(&folder.join("strain.parquet"))?;
+        let (times_s, strain) = read_strain(&folder.join(STRAIN))?;
         Ok(Self {
             name,
             times_s,

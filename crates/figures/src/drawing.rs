@@ -3,7 +3,7 @@
 use crate::FigureError;
 use crate::colour::{HATCH, Rgb};
 use crate::data::DataSet;
-use crate::geometry::{PageRect, Spot, Step, polyline};
+use crate::geometry::{PageRect, PathStep, Spot, polyline};
 use crate::rich_text::plain;
 use crate::stroke::{Dash, Stroke};
 use crate::style::Style;
@@ -51,7 +51,7 @@ impl Words {
     }
 
     /// The outlines of its letters on the page.
-    pub(crate) fn outlines(&self, typeface: &Typeface) -> Vec<Step> {
+    pub(crate) fn outlines(&self, typeface: &Typeface) -> Vec<PathStep> {
         let start = self.start_mm(typeface);
         let place = |(x, y): Spot| {
             let (along, down) = (start + x, y);
@@ -260,10 +260,10 @@ impl Drawing {
     }
 
     /// The path of a mark; none of a picture.
-    pub(crate) fn path(&self, ink: &Ink) -> Vec<Step> {
+    pub(crate) fn path(&self, ink: &Ink) -> Vec<PathStep> {
         match ink {
             Ink::Line { points, .. } => polyline(points).collect(),
-            Ink::Area { points, .. } => polyline(points).chain([Step::Close]).collect(),
+            Ink::Area { points, .. } => polyline(points).chain([PathStep::Close]).collect(),
             Ink::Disc { centre, radius_mm, .. } => circle(*centre, *radius_mm),
             Ink::Words(words) => words.outlines(&self.typeface),
             Ink::Picture { .. } => Vec::new(),
@@ -313,17 +313,17 @@ fn words(label: &str) -> Vec<String> {
     words
 }
 
-fn circle((x, y): Spot, radius: f64) -> Vec<Step> {
+fn circle((x, y): Spot, radius: f64) -> Vec<PathStep> {
     let at = |(dx, dy): Spot| (x + radius * dx, y + radius * dy);
     let corners = [(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0), (1.0, 0.0)];
     let quarter = |pair: &[Spot]| {
         let (from, to) = (pair[0], pair[1]);
         let first = (from.0 + QUARTER * to.0, from.1 + QUARTER * to.1);
         let second = (to.0 + QUARTER * from.0, to.1 + QUARTER * from.1);
-        Step::Cubic(at(first), at(second), at(to))
+        PathStep::Cubic(at(first), at(second), at(to))
     };
-    let start = Step::Move(at(corners[0]));
-    std::iter::once(start).chain(corners.windows(2).map(quarter)).chain([Step::Close]).collect()
+    let start = PathStep::Move(at(corners[0]));
+    std::iter::once(start).chain(corners.windows(2).map(quarter)).chain([PathStep::Close]).collect()
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ pub(crate) type Spot = (f64, f64);
 
 /// One step of a path.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Step {
+pub(crate) enum PathStep {
     Move(Spot),
     Line(Spot),
     /// A cubic arc: two controls and its end.
@@ -13,7 +13,7 @@ pub(crate) enum Step {
     Close,
 }
 
-impl Step {
+impl PathStep {
     /// The step with each of its spots moved by `place`.
     pub(crate) fn placed(self, place: impl Fn(Spot) -> Spot) -> Self {
         match self {
@@ -26,8 +26,11 @@ impl Step {
 }
 
 /// The steps along a polyline.
-pub(crate) fn polyline(points: &[Spot]) -> impl Iterator<Item = Step> + '_ {
-    points.iter().enumerate().map(|(i, &spot)| if i == 0 { Step::Move(spot) } else { Step::Line(spot) })
+pub(crate) fn polyline(points: &[Spot]) -> impl Iterator<Item = PathStep> + '_ {
+    points
+        .iter()
+        .enumerate()
+        .map(|(i, &spot)| if i == 0 { PathStep::Move(spot) } else { PathStep::Line(spot) })
 }
 
 /// An upright rectangle on the page, in millimetres.

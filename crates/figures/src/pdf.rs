@@ -6,7 +6,7 @@ use pdf_writer::{Content, Filter, Finish, Name, Pdf, Rect, Ref};
 
 use crate::colour::{BLACK, Rgb};
 use crate::drawing::{Drawing, Ink, Raster};
-use crate::geometry::{PageRect, Step};
+use crate::geometry::{PageRect, PathStep};
 use crate::stroke::Stroke;
 use crate::style::POINT_MM;
 
@@ -104,22 +104,22 @@ fn set_stroke(content: &mut Content, stroke: &Stroke) {
     content.set_line_cap(if stroke.is_round() { LineCapStyle::RoundCap } else { LineCapStyle::ButtCap });
 }
 
-fn fill_path(content: &mut Content, path: &[Step], fill: Rgb) {
+fn fill_path(content: &mut Content, path: &[PathStep], fill: Rgb) {
     let [r, g, b] = shares(fill);
     content.set_fill_rgb(r, g, b);
     trace(content, path);
     content.fill_nonzero();
 }
 
-fn trace(content: &mut Content, path: &[Step]) {
+fn trace(content: &mut Content, path: &[PathStep]) {
     for step in path {
         match *step {
-            Step::Move((x, y)) => content.move_to(x as f32, y as f32),
-            Step::Line((x, y)) => content.line_to(x as f32, y as f32),
-            Step::Cubic(a, b, to) => {
+            PathStep::Move((x, y)) => content.move_to(x as f32, y as f32),
+            PathStep::Line((x, y)) => content.line_to(x as f32, y as f32),
+            PathStep::Cubic(a, b, to) => {
                 content.cubic_to(a.0 as f32, a.1 as f32, b.0 as f32, b.1 as f32, to.0 as f32, to.1 as f32)
             }
-            Step::Close => content.close_path(),
+            PathStep::Close => content.close_path(),
         };
     }
 }

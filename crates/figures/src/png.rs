@@ -7,7 +7,7 @@ use tiny_skia::{
 
 use crate::colour::{BLACK, Rgb, WHITE};
 use crate::drawing::{Drawing, Ink, Raster};
-use crate::geometry::{PageRect, Step};
+use crate::geometry::{PageRect, PathStep};
 use crate::stroke::Stroke;
 
 const PIXELS_PER_MM: f64 = 300.0 / 25.4;
@@ -72,16 +72,16 @@ fn pixmap(raster: &Raster) -> Result<Pixmap, String> {
     size.and_then(|size| Pixmap::from_vec(bytes, size)).ok_or(told)
 }
 
-fn path_of(steps: &[Step]) -> Option<Path> {
+fn path_of(steps: &[PathStep]) -> Option<Path> {
     let mut path = PathBuilder::new();
     for step in steps {
         match *step {
-            Step::Move((x, y)) => path.move_to(x as f32, y as f32),
-            Step::Line((x, y)) => path.line_to(x as f32, y as f32),
-            Step::Cubic(a, b, to) => {
+            PathStep::Move((x, y)) => path.move_to(x as f32, y as f32),
+            PathStep::Line((x, y)) => path.line_to(x as f32, y as f32),
+            PathStep::Cubic(a, b, to) => {
                 path.cubic_to(a.0 as f32, a.1 as f32, b.0 as f32, b.1 as f32, to.0 as f32, to.1 as f32);
             }
-            Step::Close => path.close(),
+            PathStep::Close => path.close(),
         }
     }
     path.finish()

@@ -7,7 +7,7 @@ use base64::engine::general_purpose::STANDARD;
 
 use crate::colour::{BLACK, Rgb};
 use crate::drawing::{Drawing, Ink, Raster};
-use crate::geometry::{PageRect, Spot, Step};
+use crate::geometry::{PageRect, PathStep, Spot};
 use crate::png;
 use crate::stroke::Stroke;
 
@@ -78,13 +78,13 @@ fn image(rect: &PageRect, raster: &Raster) -> Result<String, String> {
     ))
 }
 
-fn path_data(steps: &[Step]) -> String {
+fn path_data(steps: &[PathStep]) -> String {
     let spot = |(x, y): Spot| format!("{} {}", round(x), round(y));
-    let step = |step: &Step| match step {
-        Step::Move(to) => format!("M{}", spot(*to)),
-        Step::Line(to) => format!("L{}", spot(*to)),
-        Step::Cubic(first, second, to) => format!("C{} {} {}", spot(*first), spot(*second), spot(*to)),
-        Step::Close => "Z".into(),
+    let step = |step: &PathStep| match step {
+        PathStep::Move(to) => format!("M{}", spot(*to)),
+        PathStep::Line(to) => format!("L{}", spot(*to)),
+        PathStep::Cubic(first, second, to) => format!("C{} {} {}", spot(*first), spot(*second), spot(*to)),
+        PathStep::Close => "Z".into(),
     };
     steps.iter().map(step).collect()
 }

@@ -3,7 +3,7 @@
 use ttf_parser::{Face, OutlineBuilder};
 
 use crate::FigureError;
-use crate::geometry::{Spot, Step};
+use crate::geometry::{PathStep, Spot};
 use crate::rich_text::{Run, runs};
 
 /// Noto Sans, upright and italic, from a registry crate.
@@ -27,7 +27,7 @@ impl Typeface {
     }
 
     /// Calls `draw` with the outline of each letter, for a label that starts at the origin on the base line, y down.
-    pub(crate) fn outlines(&self, label: &str, em: f64, mut draw: impl FnMut(Step)) {
+    pub(crate) fn outlines(&self, label: &str, em: f64, mut draw: impl FnMut(PathStep)) {
         let mut start = 0.0;
         for run in runs(label) {
             let mut pen = start + em * run.gap_em;
@@ -64,33 +64,33 @@ impl Typeface {
 }
 
 /// Turns the typeface's outlines, which have quadratic arcs and y up, into steps of a path.
-struct Pen<'a, F: FnMut(Step)> {
+struct Pen<'a, F: FnMut(PathStep)> {
     origin: Spot,
     scale: f64,
     at: Spot,
     draw: &'a mut F,
 }
 
-impl<F: FnMut(Step)> Pen<'_, F> {
+impl<F: FnMut(PathStep)> Pen<'_, F> {
     fn spot(&self, x: f32, y: f32) -> Spot {
         (self.origin.0 + self.scale * f64::from(x), self.origin.1 - self.scale * f64::from(y))
     }
 
-    fn go(&mut self, to: Spot, step: Step) {
+    fn go(&mut self, to: Spot, step: PathStep) {
         self.at = to;
         (self.draw)(step);
     }
 }
 
-impl<F: FnMut(Step)> OutlineBuilder for Pen<'_, F> {
+impl<F: FnMut(PathStep)> OutlineBuilder for Pen<'_, F> {
     fn move_to(&mut self, x: f32, y: f32) {
         let to = self.spot(x, y);
-        self.go(to, Step::Move(to));
+        self.go(to, PathStep::Move(to));
     }
 
     fn line_to(&mut self, x: f32, y: f32) {
         let to = self.spot(x, y);
-        self.go(to, Step::Line(to));
+        self.go(to, PathStep::Line(to));
     }
 
     fn quad_to(&mut self, x1: f32, y1: f32, x: f32, y: f32) {
@@ -98,18 +98,18 @@ impl<F: FnMut(Step)> OutlineBuilder for Pen<'_, F> {
         // A quadratic arc is the cubic one whose controls lie two thirds of the way.
         let toward =
             |end: Spot| (end.0 + 2.0 / 3.0 * (control.0 - end.0), end.1 + 2.0 / 3.0 * (control.1 - end.1));
-        let step = Step::Cubic(toward(self.at), toward(to), to);
+        let step = PathStep::Cubic(toward(self.at), toward(to), to);
         self.go(to, step);
     }
 
     fn curve_to(&mut self, x1: f32, y1: f32, x2: f32, y2: f32, x: f32, y: f32) {
         let to = self.spot(x, y);
-        let step = Step::Cubic(self.spot(x1, y1), self.spot(x2, y2), to);
+        let step = PathStep::Cubic(self.spot(x1, y1), self.spot(x2, y2), to);
         self.go(to, step);
     }
 
     fn close(&mut self) {
-        (self.draw)(Step::Close);
+        (self.draw)(PathStep::Close);
     }
 }
 
@@ -130,7 +130,7 @@ mod tests {
         let typeface = Typeface::built_in().unwrap();
         let (mut low, mut high) = ((f64::MAX, f64::MAX), (f64::MIN, f64::MIN));
         typeface.outlines("HHH", 100.0, |step| {
-            if let Step::Move((x, y)) | Step::Line((x, y)) = step {
+            if let PathStep::Move((x, y)) | PathStep::Line((x, y)) = step {
                 (low, high) = ((low.0.min(x), low.1.min(y)), (high.0.max(x), high.1.max(y)));
             }
         });

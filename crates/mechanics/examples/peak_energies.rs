@@ -13,7 +13,7 @@ fn struck(damping_kg_per_s: f64, striker_damping_kg_per_s: f64) -> Result<Simula
         damping_kg_per_s: vec![damping_kg_per_s; 26],
         ground_stiffness_n_per_m: Vec::new(),
         ground_law: None,
-        contact: PowerLaw::new(60.1, 2.27e-3, 0.114)?.into(),
+        contact: PowerLaw::ELLIPTICAL_RING.into(),
         drive: Drive::Striker(striker),
         far_end: FarEnd::Free,
     };

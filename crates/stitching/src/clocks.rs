@@ -84,7 +84,7 @@ struct Moment<'a> {
 }
 
 /// How drives, then offsets in seconds, follow clocks that are off by as much as they show: a column for each clock.
-struct Followed {
+struct ClockEffects {
     by_clock: DMatrix<f64>,
     /// The largest of each clock's, of drives and of offsets.
     largest: Vec<[f64; 2]>,
@@ -93,7 +93,7 @@ struct Followed {
 /// Share of the largest change below which one is none: recordings far from those whose clock is off.
 const UNMOVED: f64 = 1e-3;
 
-impl Followed {
+impl ClockEffects {
     /// Whether a recording's drive or offset follows a clock.
     fn moves(&self, clock: usize, recording: usize) -> bool {
         let n = self.by_clock.nrows() / 2;
@@ -152,7 +152,7 @@ impl AlignmentState<'_> {
     }
 
     /// How drives and offsets follow clocks that are off.
-    fn followed(&self, field: &Fitted, is_of: &[Vec<bool>]) -> Result<Followed, StitchingError> {
+    fn followed(&self, field: &Fitted, is_of: &[Vec<bool>]) -> Result<ClockEffects, StitchingError> {
         let n = self.drive.len();
         let mut sensitivity = DMatrix::zeros(2 * n, is_of.len());
         for moment in field.iter().flat_map(|of_body| self.moments(of_body)) {
@@ -177,7 +177,7 @@ impl AlignmentState<'_> {
             .column_iter()
             .map(|column| [column.rows(0, n).amax(), column.rows(n, n).amax()])
             .collect();
-        Ok(Followed { by_clock, largest })
+        Ok(ClockEffects { by_clock, largest })
     }
 
     /// What a time of a body says of an error of its readings.

@@ -46,7 +46,7 @@ impl Onset {
         let furthest_m = furthest_m(of_body);
         let whole: Vec<FittedTime<'_>> = of_body.times().take(length(of_body, first_body)).collect();
         let moves = |at: &FittedTime<'_>| motion_m(at) > MOVING_SHARE * furthest_m;
-        let Told { onset, read, inverse } = match told_beside(whole, moves, errors.noise.as_ref()) {
+        let ToldOnset { onset, read, inverse } = match told_beside(whole, moves, errors.noise.as_ref()) {
             OnsetTells::Of(told) => told,
             OnsetTells::Nothing => return OnsetTells::Nothing,
             OnsetTells::NothingButNoise => return OnsetTells::NothingButNoise,
@@ -124,7 +124,7 @@ const MOST_NOISE: f64 = 0.5;
 const LEAST_AT_REST: usize = 4;
 
 /// What an onset tells of scale and delay.
-struct Told<'a> {
+struct ToldOnset<'a> {
     /// The times that tell it.
     onset: Vec<FittedTime<'a>>,
     /// Scale, and delay in seconds.
@@ -139,11 +139,11 @@ fn told_beside<'a>(
     whole: Vec<FittedTime<'a>>,
     moves: impl Fn(&FittedTime<'a>) -> bool,
     noise: Option<&Matrix2<f64>>,
-) -> OnsetTells<Told<'a>> {
+) -> OnsetTells<ToldOnset<'a>> {
     let told = |onset: Vec<FittedTime<'a>>, added: Matrix2<f64>| {
         let (normal, right_side) = normal_equations(onset.iter().copied());
         let inverse = (normal - added).try_inverse();
-        let of_inverse = |inverse| OnsetTells::Of(Told { onset, read: inverse * right_side, inverse });
+        let of_inverse = |inverse| OnsetTells::Of(ToldOnset { onset, read: inverse * right_side, inverse });
         inverse.map_or(OnsetTells::Nothing, of_inverse)
     };
     let Some(noise) = noise else { return told(whole, Matrix2::zeros()) };

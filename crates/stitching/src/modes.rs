@@ -31,11 +31,11 @@ pub(crate) struct AlignmentDirection {
     /// Error of the drives, then of the offsets in seconds.
     pub(crate) error: DVector<f64>,
     /// What is behind it.
-    cause: Cause,
+    cause: ModeCause,
 }
 
 /// What moves an alignment, and the motion beside that.
-enum Cause {
+enum ModeCause {
     /// Nothing that moves the motion otherwise.
     Alignment,
     /// The error of a place at rest.
@@ -58,13 +58,13 @@ impl AlignmentState<'_> {
             let by_alignment = direction.error.iter().copied().enumerate().filter(|(_, error)| *error != 0.0);
             let mut parts: Vec<(usize, f64)> = by_alignment.collect();
             match &direction.cause {
-                Cause::Alignment => {}
-                Cause::PlaceAtRest { recording, row, sigma_m } => {
+                ModeCause::Alignment => {}
+                ModeCause::PlaceAtRest { recording, row, sigma_m } => {
                     let rest = self.end_of_rest();
                     let unit = |r: usize, i: usize| f64::from(u8::from(r == *recording && i >= rest));
                     parts.push((modes.add_pattern(self.effect_of_readings(field, *row, unit)), *sigma_m));
                 }
-                Cause::Readings(rows) => parts.extend(rows.iter().map(|one| {
+                ModeCause::Readings(rows) => parts.extend(rows.iter().map(|one| {
                     let error_m = |r: usize, i: usize| one.at(r, i);
                     (modes.add_pattern(self.effect_of_readings(field, one.row, error_m)), 1.0)
                 })),
@@ -122,12 +122,12 @@ impl AlignmentState<'_> {
         directions.push(AlignmentDirection {
             source: ErrorSource::DelayByDrive,
             error: delay,
-            cause: Cause::Alignment,
+            cause: ModeCause::Alignment,
         });
         directions.extend(errors.left.iter().map(|left| AlignmentDirection {
             source: ErrorSource::Unsettled,
             error: left.clone(),
-            cause: Cause::Alignment,
+            cause: ModeCause::Alignment,
         }));
         directions.extend(self.rest_directions(field, errors));
         directions.extend(self.reading_directions(field, errors));
@@ -151,7 +151,7 @@ impl AlignmentState<'_> {
             AlignmentDirection {
                 source: ErrorSource::Alignment { direction: k },
                 error,
-                cause: Cause::Alignment,
+                cause: ModeCause::Alignment,
             }
         })
         .collect()
@@ -169,7 +169,7 @@ impl AlignmentState<'_> {
                     body: displacement.row + 1,
                 },
                 error: by_offset[displacement.row].column(r) * displacement.rest_sigma_m,
-                cause: Cause::PlaceAtRest {
+                cause: ModeCause::PlaceAtRest {
                     recording: r,
                     row: displacement.row,
                     sigma_m: displacement.rest_sigma_m,
@@ -192,7 +192,7 @@ impl AlignmentState<'_> {
             let moved = rows.iter().fold(DVector::zeros(n), |sum, one| {
                 sum + error_sensitivity(&field[one.row], &self.drive, |r, i| one.at(r, i))
             });
-            let cause = Cause::Readings(rows);
+            let cause = ModeCause::Readings(rows);
             Some(AlignmentDirection { source: error.source.clone(), error: &response * moved, cause })
         };
         shared.iter().filter_map(direction).collect()

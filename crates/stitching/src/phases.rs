@@ -35,7 +35,7 @@ const FREE_ROUNDS: usize = 2;
 const GAUGE_ROUNDS: usize = 50;
 
 /// A step that was made.
-struct Step {
+struct AlignmentStep {
     /// The largest change, in drives' priors and frames.
     change: f64,
     /// An upper bound of its length, in standard uncertainties.
@@ -84,7 +84,7 @@ impl<'a> Aligned<'a> {
             // The first rounds, from S = X, bring drives and offsets to their natural scale; later ones leave the open directions
             // alone, along which only priors would pull, slowly and far.
             state.scale = if rounds > FREE_ROUNDS { Scale::Held } else { Scale::Open };
-            let Step { change, length, covariance } = match (state.align(&fitted), before.take()) {
+            let AlignmentStep { change, length, covariance } = match (state.align(&fitted), before.take()) {
                 (Ok(step), _) => step,
                 (Err(_), Some(covariance)) => {
                     let (unsettled, left) = state.left(&course, AlignmentPhase::Readings);
@@ -248,7 +248,7 @@ impl AlignmentState<'_> {
     }
 
     /// One step by it.
-    fn align(&mut self, field: &Fitted) -> Result<Step, StitchingError> {
+    fn align(&mut self, field: &Fitted) -> Result<AlignmentStep, StitchingError> {
         let n = self.observations.len();
         let solved = self.solved(field)?;
         let closed = match self.scale {
@@ -270,7 +270,7 @@ impl AlignmentState<'_> {
             self.drive[r] += share * solution[r];
             self.offsets_s[r] += share * solution[n + r];
         }
-        Ok(Step { change, length: solved.length(&solution), covariance: solved.covariance })
+        Ok(AlignmentStep { change, length: solved.length(&solution), covariance: solved.covariance })
     }
 }
 

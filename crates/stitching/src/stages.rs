@@ -24,7 +24,7 @@ pub struct StageStep {
 /// Each view's position is known beforehand as `stated_m`, with the standard uncertainty `stated_sigma_m`. Without one, the
 /// first view of each connected group is taken as it is stated and the others count from it. Shared errors (of the scale, say)
 /// are unknowns too, each known beforehand as 0 with deviation 1, so that they enter all steps alike. Where the steps
-/// contradict each other by more than their own errors let expect, these are enlarged to match.
+/// contradict each other by more than their own errors explain, these are enlarged to match.
 ///
 /// # Errors
 /// [`StitchingError::SingularStages`] when the weights are not finite.
@@ -133,7 +133,7 @@ impl<'a> StageGraph<'a> {
         row
     }
 
-    /// Mean square of the steps' residuals over what their errors let expect; 1 where nothing is left over to tell.
+    /// Mean square of the steps' residuals over what their errors explain; 1 where no residual is left to judge by.
     fn contradiction(&self, solution: &StageCorrections) -> f64 {
         let residual = |(index, step): (usize, &StageStep)| {
             let left_m =

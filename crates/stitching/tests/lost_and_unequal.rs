@@ -2,22 +2,19 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on should panic")]
 
+mod support;
+
 use chainwave_measurement::{BodyTrack, Estimate, Observation};
 use chainwave_stitching::{Settings, Stitched, StitchingError, merge};
 use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
 
+use crate::support::step_m;
+
 const FRAME_S: f64 = 4e-5;
 const NOISE_M: f64 = 1e-6;
 const DRIVES: [f64; 6] = [0.02, -0.015, 0.01, -0.02, 0.012, -0.007];
-
-/// A softening chain's step, as under a striker: it starts with a finite acceleration, later and less steep at a stronger drive.
-fn step_m(body: usize, time_s: f64, drive: f64) -> f64 {
-    let arrival_s = (body - 1) as f64 * 0.7e-3 * (1.0 + 0.1 * drive);
-    let tau = ((time_s - arrival_s) / 3e-3).max(0.0);
-    14e-3 * (1.0 + drive) * (1.0 - (-tau * tau).exp()) * (1.0 + 0.1 * drive * tau)
-}
 
 /// A front that runs by itself: each body's motion begins as an exponential function of time.
 fn kink_m(body: usize, time_s: f64, drive: f64) -> f64 {
@@ -128,7 +125,8 @@ fn readings_lost_here_and_there_cost_themselves_alone() {
         n += errors.len();
     }
     let held = held as f64 / n as f64;
-    assert!(held > 0.93, "{held}");
+    // What is asked of every stated interval, on both sides.
+    assert!((0.93..0.97).contains(&held), "{held}");
 }
 
 /// Three recordings of 50 kHz give the base, one of 10 kHz sees a body that they do not.

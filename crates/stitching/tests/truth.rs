@@ -2,11 +2,15 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on should panic")]
 
+mod support;
+
 use chainwave_measurement::{BodyTrack, Estimate, Observation, SharedReadingError, TrackDeviation};
 use chainwave_stitching::{ClockOf, ClockShown, Settings, Stitched, merge, outliers};
 use rand::SeedableRng;
 use rand_distr::{Distribution, Normal};
 use rand_pcg::Pcg64Mcg;
+
+use crate::support::step_m;
 
 const FRAME_S: f64 = 4e-5;
 const NOISE_M: f64 = 0.6e-6;
@@ -16,14 +20,6 @@ const NOISE_OF_ONE_PER_CENT_M: f64 = 1.0e-6;
 const DRIVE_SCATTER: f64 = 0.018;
 const PER_VIEW: usize = 3;
 const N_BODIES: usize = 7;
-
-/// A travelling step whose size, arrival and steepness depend on the drive, as in a softening chain; it starts with a finite
-/// acceleration, as under a striker.
-fn displacement_m(body: usize, time_s: f64, drive: f64) -> f64 {
-    let arrival_s = (body - 1) as f64 * 0.7e-3 * (1.0 + 0.1 * drive);
-    let tau = ((time_s - arrival_s) / 3e-3).max(0.0);
-    14e-3 * (1.0 + drive) * (1.0 - (-tau * tau).exp()) * (1.0 + 0.1 * drive * tau)
-}
 
 struct Trial {
     drive: f64,
@@ -70,8 +66,7 @@ fn observed(mut trials: Vec<Trial>, noise_m: f64, random: &mut Pcg64Mcg) -> Expe
         let times_s: Vec<f64> = (-40..300).map(|i| f64::from(i) * FRAME_S + phase_s).collect();
         let bodies = (view * (PER_VIEW - 1) + 1..=view * (PER_VIEW - 1) + PER_VIEW)
             .map(|body| {
-                let position =
-                    |t: &f64| displacement_m(body, t - trial.offset_s, trial.drive) + normal(noise_m);
+                let position = |t: &f64| step_m(body, t - trial.offset_s, trial.drive) + normal(noise_m);
                 let position_m =
                     times_s.iter().map(position).map(|x| Some(Estimate::new(x, noise_m))).collect();
                 BodyTrack { body, position_m }
@@ -97,7 +92,7 @@ fn stitch(observations: &[Observation]) -> Stitched {
 fn errors(experiment: &Experiment, stitched: &Stitched) -> Vec<(f64, f64)> {
     let motion = &stitched.motion;
     let truth_m = |body: usize, time_s: f64| {
-        let moved = |drive: f64| displacement_m(body, time_s, drive) - displacement_m(body, -1.0, drive);
+        let moved = |drive: f64| step_m(body, time_s, drive) - step_m(body, -1.0, drive);
         experiment.trials.iter().map(|trial| moved(trial.drive)).sum::<f64>() / experiment.trials.len() as f64
     };
     motion
@@ -336,8 +331,7 @@ fn noise_within_trials_is_told_from_scatter_between_them() {
     let stitched = stitch(&experiment.observations);
     let (row, last) = (3, stitched.motion.times_s.len() - 40);
     let at_s = stitched.motion.times_s[last];
-    let moved: Vec<f64> =
-        experiment.trials.iter().map(|trial| displacement_m(row + 1, at_s, trial.drive)).collect();
+    let moved: Vec<f64> = experiment.trials.iter().map(|trial| step_m(row + 1, at_s, trial.drive)).collect();
     let mean = moved.iter().sum::<f64>() / moved.len() as f64;
     let scatter_m = (moved.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (moved.len() - 1) as f64).sqrt();
     // The trials that saw the body tell the others' motion within some per cent; the noise is known to 1 %.

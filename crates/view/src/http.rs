@@ -20,14 +20,14 @@ const LAST_WAIT: Duration = Duration::from_millis(500);
 
 /// A request without its body.
 #[derive(Debug)]
-pub(crate) struct Head {
+pub(crate) struct RequestHead {
     pub(crate) method: String,
     pub(crate) url: String,
     headers: Vec<(String, String)>,
     is_1_0: bool,
 }
 
-impl Head {
+impl RequestHead {
     /// A header's value; `None` where it stands twice, so that nobody reads another one than we do.
     pub(crate) fn header(&self, name: &str) -> Option<&str> {
         let mut found = self.headers.iter().filter(|(header, _)| header.eq_ignore_ascii_case(name));
@@ -80,7 +80,7 @@ impl Connection {
     /// `answer` receives a head and what reads its body.
     pub(crate) fn serve(
         mut self,
-        answer: impl Fn(&Head, &mut dyn FnMut() -> Result<Vec<u8>, Refusal>) -> Reply,
+        answer: impl Fn(&RequestHead, &mut dyn FnMut() -> Result<Vec<u8>, Refusal>) -> Reply,
     ) {
         loop {
             let (head, reply, is_read) = match self.head() {
@@ -97,7 +97,7 @@ impl Connection {
                     (Some(head), reply, is_read)
                 }
             };
-            let goes_on = is_read && head.as_ref().is_some_and(Head::keeps_open);
+            let goes_on = is_read && head.as_ref().is_some_and(RequestHead::keeps_open);
             let is_head = head.is_some_and(|head| head.method == "HEAD");
             if self.send(&reply, is_head, goes_on).is_err() || !goes_on {
                 self.end();
@@ -107,7 +107,7 @@ impl Connection {
     }
 
     /// The next request; `None` where none comes.
-    fn head(&mut self) -> Result<Option<Head>, Refusal> {
+    fn head(&mut self) -> Result<Option<RequestHead>, Refusal> {
         let until = Instant::now() + PATIENCE;
         loop {
             if let Some((head, n_bytes)) = parsed(&self.unread)? {
@@ -125,7 +125,7 @@ impl Connection {
     }
 
     /// The body of a request.
-    fn body(&mut self, head: &Head) -> Result<Vec<u8>, Refusal> {
+    fn body(&mut self, head: &RequestHead) -> Result<Vec<u8>, Refusal> {
         let n_bytes = head.body_bytes()?;
         if head.header("Expect").is_some_and(|value| value.eq_ignore_ascii_case("100-continue")) {
             // If it cannot be sent, nothing will come, which is seen next.
@@ -193,7 +193,7 @@ impl Connection {
 }
 
 /// A request's line and headers, and the bytes they take; `None` where they go on.
-fn parsed(bytes: &[u8]) -> Result<Option<(Head, usize)>, Refusal> {
+fn parsed(bytes: &[u8]) -> Result<Option<(RequestHead, usize)>, Refusal> {
     let mut headers = [httparse::EMPTY_HEADER; MOST_HEADERS];
     let mut request = httparse::Request::new(&mut headers);
     let broken = |found: String| Refusal::new(400, "", "a request of HTTP/1.1", found);
@@ -202,7 +202,7 @@ fn parsed(bytes: &[u8]) -> Result<Option<(Head, usize)>, Refusal> {
     let text = |header: &httparse::Header<'_>| {
         (header.name.to_owned(), String::from_utf8_lossy(header.value).into_owned())
     };
-    let head = Head {
+    let head = RequestHead {
         method: request.method.unwrap_or_default().to_owned(),
         url: request.path.unwrap_or_default().to_owned(),
         is_1_0: request.version == Some(0),

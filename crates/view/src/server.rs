@@ -10,7 +10,7 @@ use crate::access::{Token, names_this_machine};
 use crate::asked::Asked;
 use crate::collection::Collection;
 use crate::error::ViewError;
-use crate::http::{Connection, Head};
+use crate::http::{Connection, RequestHead};
 use crate::refusal::Refusal;
 use crate::replies::Reply;
 use crate::site::{Site, Verb};
@@ -103,7 +103,7 @@ impl Server {
 
     fn reply(
         &self,
-        head: &Head,
+        head: &RequestHead,
         read_body: &mut dyn FnMut() -> Result<Vec<u8>, Refusal>,
     ) -> Result<Reply, Refusal> {
         if !names_this_machine(head.header("Host")) {

@@ -138,7 +138,7 @@ impl Site {
         Ok(json!({
             "low": low, "high": high.max(low + 1), "full_scale": counted.n_pixels.len() - 1, "n_pixels": counted.total(),
             "bars": counted.binned(N_BARS), "n_dark": counted.n_dark(),
-            "saturation": saturated.map(|(count, _)| count), "n_saturated": saturated.map_or(0, |(_, n)| n),
+            "saturation": saturated.map(|at| at.count), "n_saturated": saturated.map_or(0, |at| at.n_pixels),
         }))
     }
 

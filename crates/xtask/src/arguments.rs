@@ -6,6 +6,7 @@ use std::str::FromStr;
 
 use crate::bench::Bench;
 use crate::book::Book;
+use crate::command_line::OpenCv;
 use crate::counted::Counted;
 use crate::demo::Demo;
 use crate::failure::Failure;
@@ -16,67 +17,67 @@ use crate::tested::Tested;
 /// What `cargo xtask help` prints.
 pub(crate) const HELP: &str = "\
 cargo xtask demo [--out DIR] [--seed N]
-    Sets up, builds, films the synthetic experiment pipelines/hec26-demo and processes it:
-    recordings into DIR/recordings, results into DIR/results (DIR is target/demo unless given). It takes no OpenCV.
-    --seed N   another draw of speckle, noise, trigger jitter and striker speeds
+    Sets up, builds, films the synthetic experiment pipelines/hec26-demo and evaluates it. Recordings are written to
+    DIR/recordings and results to DIR/results (DIR is target/demo unless given). OpenCV is not needed.
+    --seed N   seed of the random speckle, noise, trigger jitter and striker speeds
 
 cargo xtask paper [--out DIR] [--quick]
-    Sets up, builds, and makes every figure and number of the paper with pipelines/paper/run.sh: films 390 recordings,
-    processes them, simulates rings and chain, draws and compares, into DIR (target/paper unless given). What was
-    interrupted goes on when it is started again. It takes no OpenCV.
-    --quick   a short chain and one trial of each view (target/paper-quick unless given)
+    Sets up, builds, and makes every figure and number of the paper in DIR (target/paper unless given) with
+    pipelines/paper/run.sh: films 390 recordings, evaluates them, simulates the rings and the chain, draws and compares.
+    A run that was interrupted continues when it is started again. OpenCV is not needed.
+    --quick   a short chain and one trial of each view (DIR is target/paper-quick unless given)
 
 cargo xtask test [--no-opencv] [--fast] [--package NAME]...
-    Sets up, builds and runs all tests, with cargo-nextest where it is installed.
+    Sets up, builds and runs all tests, by cargo-nextest if it is installed.
     --fast           leaves out the tests in modules named `slow`
     --package NAME   only the tests of this package; may be repeated
-    CHAINWAVE_REFERENCE_DATA names the folder of third-party recordings; tests that need it skip without it.
-    The last line says how many tests skipped, and why.
+    CHAINWAVE_REFERENCE_DATA names the folder of third-party recordings; tests that need it are skipped without it.
+    The last line says how many tests were skipped, and why.
 
 cargo xtask book [--write] [--fast | --all] [PAGE]...
-    Builds, runs the commands of the book's pages again, compares what they print and draw with what stands there, and renders
-    the book where mdBook is installed. Exit code 1 where something differs.
+    Builds, runs the commands on the book's pages again, compares what they print and draw with the pages, and renders the
+    book if mdBook is installed. The exit code is 1 if anything differs.
     --write   writes what differs into the pages
-    --fast    leaves out the pages that need the demo's recordings, which take minutes, what is counted again, and the rendering
-    --all     counts everything again that is kept in docs/src/measured/counts, which takes hours; otherwise some lines of each file are
+    --fast    leaves out the pages that need the demo's recordings (which take minutes), the counts, and the rendering
+    --all     counts again everything in docs/src/measured/counts, which takes hours; otherwise a few lines of each file
     PAGE      a part of a page's name, such as guide/figures; may be repeated
 
 cargo xtask bench [--write] [--rounds N] [--no-opencv] [PROGRAM]...
     Builds and runs the crates' benchmarks, prints how many times faster each is than the obvious program or a peer, and compares
-    with the table of the same processor and instruction set in docs/src/measured/benchmarks: a loss of 10 % is shown.
+    with the table of the same processor and instruction set in docs/src/measured/benchmarks: losses of 10 % or more are shown.
     --write     writes that table anew
-    --rounds N  how many times all of them run (3); medians of the rounds count
+    --rounds N  how many times all benchmarks run (3); the median of the rounds is taken
     PROGRAM     matching, chain, ring, regions, frames or follow; may be repeated
-    CHAINWAVE_INSTRUCTION_SET=avx2 measures with AVX2 where there is AVX-512.
+    CHAINWAVE_INSTRUCTION_SET=avx2 measures with AVX2 on a processor that has AVX-512.
 
 cargo xtask counted FILE [--about] [--plain] [--words FILE] TITLE=FUNCTION(COLUMN)...
-    Puts the single experiments of a file of counts (docs/src/measured/counts) together to a table for the book.
-    --about   prints the notes at the head of the file alone
-    --plain   prints the values alone, a line each
-    --words   a table with the columns name and words: what stands for the names of rows
+    Summarises the experiments in a file of counts (docs/src/measured/counts) in a table for the book.
+    --about   prints only the notes at the head of the file
+    --plain   prints only the values, one per line
+    --words   a table with the columns name and words: the words that replace the names of rows
 
 cargo xtask tested FILE TEST
-    Runs a test that makes a table of the book, and prints the table: lines of a file of counts.
+    Runs a test that makes a table of the book, and prints the table as lines of a file of counts.
 
 cargo xtask equations
-    What mdBook runs for the book: reads it as JSON from standard input and writes it with its equations as MathML.
+    The preprocessor that mdBook runs: reads the book as JSON from standard input and writes it with its equations as MathML.
 
 cargo xtask keys
-    Prints the keys of configuration files as tables for the book, out of the structures that read them.
+    Prints the keys of configuration files as tables for the book, taken from the structures that read them.
 
 cargo xtask python
-    Builds the Python package, with the command in it, into a fresh virtual environment (target/release/python) and runs its
-    tests there. The wheel remains in target/release/python/wheels.
-    Says so and does nothing where there is no Python with venv and pip.
+    Builds the Python package, which contains the command, installs it in a fresh virtual environment (target/release/python)
+    and runs its tests there. The wheel is kept in target/release/python/wheels.
+    Without a Python that has venv and pip it says so and does nothing.
 
 cargo xtask dist [--out DIR]
-    Builds the command without OpenCV and packs it with its manual, completions and papers as one archive for systems like this
-    one, and its SHA-256 beside it, into DIR (target/dist unless given).
+    Builds the command without OpenCV and packs it, with its manual, shell completions and documents, into one archive for
+    systems like this one, with its SHA-256 beside it, in DIR (target/dist unless given).
 
 cargo xtask setup [--no-opencv]
     Looks for what the build needs from the system and installs what is missing.
 
---no-opencv does without OpenCV and clang, which the program chainwave-opencv alone takes: for videos, boards and OpenCV's methods.
+--no-opencv builds without OpenCV and clang, which only the program chainwave-opencv needs: for videos, boards and OpenCV's methods.
 ";
 
 /// What the user asked for.
@@ -110,10 +111,7 @@ pub(crate) enum Task {
         out: Option<PathBuf>,
     },
     /// `cargo xtask setup`.
-    Setup {
-        /// Whether OpenCV is wanted.
-        opencv: bool,
-    },
+    Setup { opencv: OpenCv },
     /// `cargo xtask help`.
     Help,
 }
@@ -173,7 +171,7 @@ fn test(mut words: impl Iterator<Item = OsString>) -> Result<Task, Failure> {
     let mut test_run = TestRun::default();
     while let Some(word) = words.next() {
         match text(word)?.as_str() {
-            "--no-opencv" => test_run.opencv = false,
+            "--no-opencv" => test_run.opencv = OpenCv::Without,
             "--fast" => test_run.fast = true,
             "--package" | "-p" => test_run.packages.push(text(value("--package", &mut words)?)?),
             other => return unknown("test", other),
@@ -201,7 +199,7 @@ fn bench(mut words: impl Iterator<Item = OsString>) -> Result<Task, Failure> {
     while let Some(word) = words.next() {
         match text(word)?.as_str() {
             "--write" => bench.write = true,
-            "--no-opencv" => bench.opencv = false,
+            "--no-opencv" => bench.opencv = OpenCv::Without,
             "--rounds" => bench.n_rounds = whole("--rounds", &text(value("--rounds", &mut words)?)?)?,
             option if option.starts_with('-') => return unknown("bench", option),
             program => bench.programs.push(program.to_owned()),
@@ -265,10 +263,10 @@ fn dist(mut words: impl Iterator<Item = OsString>) -> Result<Task, Failure> {
 }
 
 fn setup(words: impl Iterator<Item = OsString>) -> Result<Task, Failure> {
-    let mut opencv = true;
+    let mut opencv = OpenCv::With;
     for word in words {
         match text(word)?.as_str() {
-            "--no-opencv" => opencv = false,
+            "--no-opencv" => opencv = OpenCv::Without,
             other => return unknown("setup", other),
         }
     }
@@ -303,7 +301,7 @@ mod tests {
     fn options_reach_their_command() {
         let demo = Demo { out: Some("there".into()), seed: Some(7) };
         assert_eq!(parsed("demo --out there --no-opencv --seed 7").unwrap(), Task::Demo(demo));
-        let test_run = TestRun { opencv: true, fast: true, packages: vec!["a".into(), "b".into()] };
+        let test_run = TestRun { opencv: OpenCv::With, fast: true, packages: vec!["a".into(), "b".into()] };
         assert_eq!(parsed("test --fast -p a --package b").unwrap(), Task::Test(test_run));
         let paper = Paper { out: Some("there".into()), quick: true };
         assert_eq!(parsed("paper --quick --out there --no-opencv").unwrap(), Task::Paper(paper));
@@ -311,9 +309,10 @@ mod tests {
         assert_eq!(parsed("book guide --fast --write").unwrap(), Task::Book(book));
         let book = Book { all: true, pages: vec!["measured".into()], ..Book::default() };
         assert_eq!(parsed("book --all measured").unwrap(), Task::Book(book));
-        let bench = Bench { write: false, n_rounds: 5, opencv: false, programs: vec!["ring".into()] };
+        let bench =
+            Bench { write: false, n_rounds: 5, opencv: OpenCv::Without, programs: vec!["ring".into()] };
         assert_eq!(parsed("bench --rounds 5 ring --no-opencv").unwrap(), Task::Bench(bench));
-        assert_eq!(parsed("setup --no-opencv").unwrap(), Task::Setup { opencv: false });
+        assert_eq!(parsed("setup --no-opencv").unwrap(), Task::Setup { opencv: OpenCv::Without });
         assert_eq!(parsed("python").unwrap(), Task::Python);
         assert_eq!(parsed("keys").unwrap(), Task::Keys);
         let columns = vec!["a=by(b)".to_owned()];
@@ -328,9 +327,9 @@ mod tests {
     fn opencv_is_on_unless_refused() {
         assert_eq!(
             parsed("test").unwrap(),
-            Task::Test(TestRun { opencv: true, fast: false, packages: Vec::new() })
+            Task::Test(TestRun { opencv: OpenCv::With, fast: false, packages: Vec::new() })
         );
-        assert_eq!(parsed("setup").unwrap(), Task::Setup { opencv: true });
+        assert_eq!(parsed("setup").unwrap(), Task::Setup { opencv: OpenCv::With });
     }
 
     #[test]

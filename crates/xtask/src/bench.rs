@@ -11,12 +11,12 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::command_line::{CommandLine, workspace};
+use crate::command_line::{CommandLine, OpenCv, workspace};
 use crate::failure::Failure;
 use pairs::{PAIRS, PROGRAMS, Pair, Program};
 pub(crate) use processor::Machine;
 use processor::load;
-use table::Row;
+use table::RatioRow;
 use times::Time;
 
 /// Where the tables lie, one a processor and instruction set.
@@ -29,15 +29,15 @@ pub(crate) struct Bench {
     pub(crate) write: bool,
     /// How many times each program runs.
     pub(crate) n_rounds: usize,
-    /// Whether what takes OpenCV is measured too.
-    pub(crate) opencv: bool,
+    /// Without it, what takes OpenCV is not measured.
+    pub(crate) opencv: OpenCv,
     /// Programs of benchmarks that run; all when empty.
     pub(crate) programs: Vec<String>,
 }
 
 impl Default for Bench {
     fn default() -> Self {
-        Self { write: false, n_rounds: 3, opencv: true, programs: Vec::new() }
+        Self { write: false, n_rounds: 3, opencv: OpenCv::With, programs: Vec::new() }
     }
 }
 
@@ -59,14 +59,14 @@ pub(crate) fn run(bench: &Bench) -> Result<(), Failure> {
         }
         rounds.push(round_times);
     }
-    let rows: Vec<Row> = PAIRS.iter().filter_map(|pair| of_rounds(pair, &rounds)).collect();
+    let rows: Vec<RatioRow> = PAIRS.iter().filter_map(|pair| of_rounds(pair, &rounds)).collect();
     close(bench, &machine, busy, &rows)
 }
 
 impl Bench {
     fn wants(&self, program: &Program) -> bool {
         let is_named = self.programs.is_empty() || self.programs.iter().any(|name| name == program.name);
-        is_named && (self.opencv || !program.opencv)
+        is_named && (self.opencv == OpenCv::With || !program.opencv)
     }
 }
 
@@ -81,16 +81,21 @@ fn line(program: Program) -> CommandLine {
     )
 }
 
-fn of_rounds(pair: &Pair, rounds: &[Times]) -> Option<Row> {
+fn of_rounds(pair: &Pair, rounds: &[Times]) -> Option<RatioRow> {
     let time = |round: &Times, (program, path): (Program, &str)| {
         round.get(&(program.name, path.to_owned())).copied()
     };
     let ratio = |round: &Times| Some(times::ratio(time(round, pair.ours)?, time(round, pair.other)?));
-    Row::of_rounds(pair.measure, pair.against, rounds.iter().filter_map(ratio).collect())
+    RatioRow::of_rounds(pair.measure, pair.against, rounds.iter().filter_map(ratio).collect())
 }
 
 /// Prints the table beside the earlier one, and writes it where that is asked.
-fn close(bench: &Bench, machine: &Machine, busy: Option<(f64, usize)>, rows: &[Row]) -> Result<(), Failure> {
+fn close(
+    bench: &Bench,
+    machine: &Machine,
+    busy: Option<(f64, usize)>,
+    rows: &[RatioRow],
+) -> Result<(), Failure> {
     let path = workspace().join(TABLES).join(machine.file_name());
     let earlier = match fs::read_to_string(&path) {
         Err(why) if why.kind() == io::ErrorKind::NotFound => Vec::new(),
@@ -110,7 +115,8 @@ fn close(bench: &Bench, machine: &Machine, busy: Option<(f64, usize)>, rows: &[R
         let folder = path.parent().map_or_else(PathBuf::new, Path::to_owned);
         fs::create_dir_all(&folder).map_err(Failure::at(&folder))?;
         let mut rows = table::with_others_of(rows, &earlier);
-        let is_of = |pair: &Pair, row: &Row| (pair.measure, pair.against) == (&*row.measure, &*row.against);
+        let is_of =
+            |pair: &Pair, row: &RatioRow| (pair.measure, pair.against) == (&*row.measure, &*row.against);
         rows.sort_by_key(|row| PAIRS.iter().position(|pair| is_of(pair, row)));
         fs::write(&path, table::written(&about, &rows)).map_err(Failure::at(&path))?;
         println!("{}: written", path.display());
@@ -142,7 +148,7 @@ mod tests {
 
     #[test]
     fn opencv_can_be_left_out() {
-        let bench = Bench { opencv: false, ..Bench::default() };
+        let bench = Bench { opencv: OpenCv::Without, ..Bench::default() };
         assert!(PROGRAMS.iter().filter(|program| bench.wants(program)).all(|program| !program.opencv));
         let one = Bench { programs: vec!["ring".into()], ..Bench::default() };
         assert_eq!(PROGRAMS.iter().filter(|program| one.wants(program)).count(), 1);

@@ -90,9 +90,19 @@ pub(crate) fn output_folder(given: Option<&Path>, usual: &str) -> Result<PathBuf
     }
 }
 
+/// Whether a build takes OpenCV.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum OpenCv {
+    With,
+    Without,
+}
+
 /// What cargo is told of OpenCV.
-pub(crate) fn features(opencv: bool) -> &'static [&'static str] {
-    if opencv { &[] } else { &["--no-default-features"] }
+pub(crate) fn features(opencv: OpenCv) -> &'static [&'static str] {
+    match opencv {
+        OpenCv::With => &[],
+        OpenCv::Without => &["--no-default-features"],
+    }
 }
 
 /// The cargo that started xtask goes on, so that a toolchain chosen with `cargo +name` holds for every step.

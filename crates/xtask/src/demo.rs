@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::command_line::{CommandLine, output_folder};
+use crate::command_line::{CommandLine, OpenCv, output_folder};
 use crate::failure::Failure;
 use crate::given_command;
 use crate::setup;
@@ -20,7 +20,7 @@ pub(crate) struct Demo {
 pub(crate) fn run(demo: &Demo) -> Result<(), Failure> {
     let out = output_folder(demo.out.as_deref(), "target/demo")?;
     println!("The demo takes no OpenCV.");
-    setup::run_then(false, &commands(demo, &out))
+    setup::run_then(OpenCv::Without, &commands(demo, &out))
 }
 
 fn commands(demo: &Demo, out: &Path) -> [CommandLine; 3] {

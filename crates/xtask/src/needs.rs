@@ -1,6 +1,6 @@
 //! What a build needs from the system, and the plan to install what is missing.
 
-use crate::command_line::CommandLine;
+use crate::command_line::{CommandLine, OpenCv};
 
 /// Something that chainwave needs from the system, besides the Rust toolchain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -22,10 +22,10 @@ pub(crate) enum Need {
 }
 
 impl Need {
-    /// What a build with or without OpenCV needs, and what it runs.
-    pub(crate) fn of_build(opencv: bool) -> &'static [Self] {
-        if opencv {
-            &[
+    /// What a build needs, and what it runs.
+    pub(crate) fn of_build(opencv: OpenCv) -> &'static [Self] {
+        match opencv {
+            OpenCv::With => &[
                 Self::CCompiler,
                 Self::CppCompiler,
                 Self::PkgConfig,
@@ -33,9 +33,8 @@ impl Need {
                 Self::Clang,
                 Self::LibClang,
                 Self::Ffmpeg,
-            ]
-        } else {
-            &[Self::CCompiler]
+            ],
+            OpenCv::Without => &[Self::CCompiler],
         }
     }
 
@@ -109,7 +108,7 @@ pub(crate) fn advice(missing: &[Need]) -> String {
     lines.push("On Debian or Ubuntu that is:".to_owned());
     let install = packages(missing).join(" ");
     lines.push(format!("  sudo apt-get update && sudo apt-get install --no-install-recommends {install}"));
-    if missing.iter().all(|need| !Need::of_build(false).contains(need)) {
+    if missing.iter().all(|need| !Need::of_build(OpenCv::Without).contains(need)) {
         lines.push("Or leave OpenCV out with --no-opencv: that needs none of these.".to_owned());
     }
     lines.join("\n")
@@ -193,7 +192,7 @@ mod tests {
 
     #[test]
     fn without_opencv_a_c_compiler_is_enough() {
-        assert_eq!(Need::of_build(false), [Need::CCompiler]);
-        assert_eq!(Need::of_build(true), EVERYTHING);
+        assert_eq!(Need::of_build(OpenCv::Without), [Need::CCompiler]);
+        assert_eq!(Need::of_build(OpenCv::With), EVERYTHING);
     }
 }

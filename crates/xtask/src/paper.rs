@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::command_line::{CommandLine, output_folder};
+use crate::command_line::{CommandLine, OpenCv, output_folder};
 use crate::failure::Failure;
 use crate::given_command;
 use crate::setup;
@@ -21,7 +21,7 @@ pub(crate) struct Paper {
 pub(crate) fn run(paper: &Paper) -> Result<(), Failure> {
     let usual = if paper.quick { "target/paper-quick" } else { "target/paper" };
     let out = output_folder(paper.out.as_deref(), usual)?;
-    setup::run_then(false, &commands(paper, &out))
+    setup::run_then(OpenCv::Without, &commands(paper, &out))
 }
 
 /// The script is told which command was built, so that it takes no other one.

@@ -1,12 +1,12 @@
 //! Sets the system up: looks for what a build needs and installs it where that is possible.
 
-use crate::command_line::CommandLine;
+use crate::command_line::{CommandLine, OpenCv};
 use crate::failure::Failure;
 use crate::needs::{self, Need, Plan};
 use crate::system;
 
 /// Sets up, then runs the commands up to the first that fails.
-pub(crate) fn run_then(opencv: bool, commands: &[CommandLine]) -> Result<(), Failure> {
+pub(crate) fn run_then(opencv: OpenCv, commands: &[CommandLine]) -> Result<(), Failure> {
     let missing = run(opencv);
     let outcome = commands.iter().try_for_each(CommandLine::run);
     if outcome.is_err() && !missing.is_empty() {
@@ -15,11 +15,11 @@ pub(crate) fn run_then(opencv: bool, commands: &[CommandLine]) -> Result<(), Fai
     outcome
 }
 
-/// Looks for what a build with or without OpenCV needs, and installs what is missing where that is possible.
+/// Looks for what a build needs, and installs what is missing where that is possible.
 ///
 /// Returns what is still missing. That is no failure: a compiler or an OpenCV in an unusual place may serve all the
 /// same.
-pub(crate) fn run(opencv: bool) -> Vec<Need> {
+pub(crate) fn run(opencv: OpenCv) -> Vec<Need> {
     println!("The build needs:");
     let missing = look(Need::of_build(opencv));
     if missing.is_empty() {

@@ -5,7 +5,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::command_line::{CommandLine, features};
+use crate::command_line::{CommandLine, OpenCv, features};
 use crate::failure::Failure;
 use crate::setup;
 use crate::skipped;
@@ -16,8 +16,7 @@ const WHOLE_WAY: &str = "chainwave-tests";
 /// `cargo xtask test`: every test of the workspace.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) struct TestRun {
-    /// Whether OpenCV is built in.
-    pub(crate) opencv: bool,
+    pub(crate) opencv: OpenCv,
     /// Whether the tests in modules named `slow` are left out.
     pub(crate) fast: bool,
     /// The packages whose tests run; the whole workspace when empty.
@@ -26,7 +25,7 @@ pub(crate) struct TestRun {
 
 impl Default for TestRun {
     fn default() -> Self {
-        Self { opencv: true, fast: false, packages: Vec::new() }
+        Self { opencv: OpenCv::With, fast: false, packages: Vec::new() }
     }
 }
 
@@ -114,7 +113,8 @@ mod tests {
 
     #[test]
     fn chosen_packages_run_alone() {
-        let test_run = TestRun { opencv: false, fast: false, packages: vec!["a".into(), "b".into()] };
+        let test_run =
+            TestRun { opencv: OpenCv::Without, fast: false, packages: vec!["a".into(), "b".into()] };
         let only = "CHAINWAVE_COMMAND=/b/chainwave CHAINWAVE_SKIPPED=/b/list cargo nextest run --release --no-default-features -p a -p b";
         assert_eq!(lines(&test_run, true), [only]);
     }

@@ -3,7 +3,7 @@
 use chainwave_measurement::median;
 
 use super::hump::Hump;
-use super::path::{Line, PulsePath};
+use super::path::{CourseLine, PulsePath};
 use super::ridge::Direction;
 
 /// Half widths of both pulses together within which they are one another's: at the distance of so many a sech^2 has left 1e-4 of its
@@ -202,8 +202,8 @@ pub(crate) fn phase_shift(
             .filter(|(pass, within)| !**within && pass.is_found && pass.t_s > from_s && pass.t_s < to_s);
         free.map(|(pass, _)| (pass.t_s, pass.gap as f64)).collect()
     };
-    let before = Line::through(&points(earlier_s, meeting.t_s), MIN_PASSES)?;
-    let after = Line::through(&points(meeting.t_s, later_s), MIN_PASSES)?;
+    let before = CourseLine::through(&points(earlier_s, meeting.t_s), MIN_PASSES)?;
+    let after = CourseLine::through(&points(meeting.t_s, later_s), MIN_PASSES)?;
     Some(course.direction.sign() * (after.at(meeting.t_s) - before.at(meeting.t_s)))
 }
 

@@ -53,13 +53,13 @@ impl PulsePath {
 
 /// A straight line through times and places, by least squares of the times, whose errors the places have not.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Line {
+pub(crate) struct CourseLine {
     t_s: f64,
     place: f64,
     slowness: f64,
 }
 
-impl Line {
+impl CourseLine {
     /// Through points `(t_s, place)`; none through fewer than `least` or where time stands still.
     pub(crate) fn through(points: &[(f64, f64)], least: usize) -> Option<Self> {
         let n = points.len() as f64;
@@ -87,7 +87,7 @@ impl Line {
 }
 
 /// The speed that stretches of one way have in common, each with a beginning of its own, as a meeting moves a pulse along its way: least
-/// squares of the times, as of [`Line::through`]. None of points that, but for one in each stretch, are fewer than `least - 1`.
+/// squares of the times, as of [`CourseLine::through`]. None of points that, but for one in each stretch, are fewer than `least - 1`.
 pub(crate) fn common_speed(stretches: &[Vec<(f64, f64)>], least: usize) -> Option<f64> {
     let (mut product, mut square, mut n_free) = (0.0, 0.0, 0);
     for points in stretches.iter().filter(|points| points.len() > 1) {

@@ -5,12 +5,12 @@ use chainwave_analysis::{
     replicate, strain_map,
 };
 use chainwave_measurement::Trajectory;
-use chainwave_mechanics::FarEnd;
+use chainwave_mechanics::{FarEnd, PowerLaw};
 
-use crate::common::{PITCH_M, paper_chain, ring_law, with_sigma};
+use crate::common::{PITCH_M, paper_chain, with_sigma};
 
 fn measured(trajectory: &Trajectory) -> Measurement {
-    let law = ring_law();
+    let law = PowerLaw::ELLIPTICAL_RING;
     let settings = MeasureSettings::new(PITCH_M, 1);
     measure(&exact_motion(trajectory), &settings, Some(&|_, overlap_m| law.energy_j(overlap_m))).unwrap()
 }

@@ -29,11 +29,6 @@ pub(crate) fn motion_of_strain(
     }
 }
 
-/// The law fitted to the ring's compression curve (physics.md).
-pub(crate) fn ring_law() -> PowerLaw {
-    PowerLaw::new(60.1, 2.27e-3, 0.114).unwrap()
-}
-
 /// The paper's chain with its striker, sampled at 25 kHz.
 pub(crate) fn paper_chain(
     n_bodies: usize,
@@ -57,7 +52,7 @@ pub(crate) fn damped_chain(
         damping_kg_per_s: vec![c_d_kg_per_s; n_bodies],
         ground_stiffness_n_per_m: Vec::new(),
         ground_law: None,
-        contact: ring_law().into(),
+        contact: PowerLaw::ELLIPTICAL_RING.into(),
         drive: Drive::Striker(Striker { mass_kg: 4.3e-3, velocity_m_per_s, damping_kg_per_s: 0.2 }),
         far_end,
     };

@@ -2,9 +2,9 @@
 
 use chainwave_analysis::{MeasureSettings, Measurement, exact_motion, measure, replicate};
 use chainwave_measurement::{ChainMotion, Estimate};
-use chainwave_mechanics::FarEnd;
+use chainwave_mechanics::{FarEnd, PowerLaw};
 
-use crate::common::{PITCH_M, damped_chain, paper_chain, ring_law, with_late_view, with_sigma};
+use crate::common::{PITCH_M, damped_chain, paper_chain, with_late_view, with_sigma};
 
 const N_EXPERIMENTS: usize = 40;
 
@@ -56,7 +56,6 @@ impl Coverage {
             ("95 %", self.mean(holds), 0.945),
         ];
         for (which, found, expected) in expected {
-            println!("{what}: {which} {:.3} +- {:.3}, expected {expected:.3}", found.value, found.sigma);
             // A share of which every experiment has the same leaves no scatter to tell its error by: that of one error in as many.
             let sigma = found.sigma.max(1.0 / self.n() as f64);
             assert!(
@@ -68,7 +67,7 @@ impl Coverage {
 }
 
 fn measured(motion: &ChainMotion, seed: u64) -> Measurement {
-    let law = ring_law();
+    let law = PowerLaw::ELLIPTICAL_RING;
     let settings = MeasureSettings {
         n_replicas: N_REPLICAS,
         velocity_gaps: Some(3..=9),
@@ -129,7 +128,7 @@ fn strong_noise_is_covered() {
 
 /// Dampers a hundred times the paper's make pulses whose tops no polynomial of order six follows from 80 % on: peaks are then half a frame late, at
 /// sigmas of a tenth, unless they are read from farther up. That it is told wants three standard deviations, so one motion in some five keeps a part
-/// of it: 90 % are to hold, where 95 % would of peaks without that (68 % do from 80 % on).
+/// of it: 90 % are to hold at least, where 95 % would of peaks without that (68 % do from 80 % on), and no more than those.
 #[test]
 fn peaks_of_strongly_damped_pulses_are_covered() {
     let exact = exact_motion(&damped_chain(12, 2.73, FarEnd::Free, 0.013, 0.5).trajectory);
@@ -144,7 +143,7 @@ fn peaks_of_strongly_damped_pulses_are_covered() {
         }
     }
     let held = times.mean(|z| f64::from(u8::from(z.abs() < Estimate::COVERAGE_95)));
-    assert!(held.value > 0.9 - 2.0 * held.sigma && held.value < 1.0, "{held:?}");
+    assert!(held.value > 0.9 - 2.0 * held.sigma && held.value < 0.95 + 2.0 * held.sigma, "{held:?}");
 }
 
 /// The paper's chain, five views that are timed to 0.3 us, and 1 um of noise in each merged sample: what 2 % noise leaves.

@@ -20,7 +20,7 @@ impl Calibration {
     pub fn from_pitch(marks: &[Mark], sigma_px: f64, pitch_m: Estimate) -> Result<Self, CameraError> {
         check_length("pitch in metres", pitch_m)?;
         check_sigma(sigma_px)?;
-        let row = Row::through(marks)?;
+        let row = MarkRow::through(marks)?;
         let pitch_px = row.step[0].hypot(row.step[1]);
         if !(pitch_px.is_finite() && pitch_px > 0.0) {
             return Err(refusal("distance of neighbouring marks", "more than 0 px", pitch_px));
@@ -45,7 +45,7 @@ impl Calibration {
 }
 
 /// A straight row of points.
-struct Row {
+struct MarkRow {
     centre: [f64; 2],
     mean_place: f64,
     /// A pitch along the row, in pixels.
@@ -55,7 +55,7 @@ struct Row {
     first: f64,
 }
 
-impl Row {
+impl MarkRow {
     fn through(marks: &[Mark]) -> Result<Self, CameraError> {
         let n = marks.len() as f64;
         let mean = |value: fn(&Mark) -> f64| marks.iter().map(value).sum::<f64>() / n;

@@ -5,6 +5,7 @@ use super::header::{CineHeader, TICKS_PER_SECOND};
 use super::setup::Setup;
 use crate::bytes::Bytes;
 use crate::error::CameraError;
+use crate::name_list::first_names;
 
 /// The two lowest bits of a time stamp say how the clock was synchronised.
 const STAMP_FLAGS: u64 = 0b11;
@@ -111,7 +112,6 @@ fn in_step(interval_s: f64, usual_s: f64) -> bool {
 /// Puts a time that does not lie between its neighbours into their middle, where they are two usual intervals apart: there its frame was taken, whatever
 /// its stamp says. One such stamp would spoil the order of all frames. Gives a warning that names the frames.
 fn mend_isolated(times_s: &mut [f64], usual_s: f64) -> Option<String> {
-    const N_NAMED: usize = 5;
     let mut mended: Vec<String> = Vec::new();
     for frame in 1..times_s.len().saturating_sub(1) {
         let (before_s, stated_s, after_s) = (times_s[frame - 1], times_s[frame], times_s[frame + 1]);
@@ -121,11 +121,10 @@ fn mend_isolated(times_s: &mut [f64], usual_s: f64) -> Option<String> {
             mended.push(format!("frame {frame} ({stated_s} s after the trigger)"));
         }
     }
-    let named = mended[..mended.len().min(N_NAMED)].join(", ");
-    let more = if mended.len() > N_NAMED { ", and more" } else { "" };
+    let named = first_names(&mended);
     (!mended.is_empty()).then(|| {
         format!(
-            "{} time stamps do not lie between those of the frames before and after, which are two frame intervals apart: {named}{more}; the \
+            "{} time stamps do not lie between those of the frames before and after, which are two frame intervals apart: {named}; the \
              middle of the two is taken",
             mended.len()
         )

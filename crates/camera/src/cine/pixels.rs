@@ -29,7 +29,7 @@ impl PixelLayout {
         let (width_px, height_px) = (header.width_px, header.height_px);
         let size_at = header.bitmap_offset + 0x14;
         let Some(raster) = storage.raster(width_px, height_px) else {
-            let (group_px, _) = storage.packing().group();
+            let group_px = storage.packing().group_px();
             let expected = format_args!("a multiple of {group_px} px ({})", storage.name());
             return Err(bytes.malformed("image width", header.bitmap_offset + 4, expected, width_px));
         };

@@ -54,7 +54,7 @@ fn raster(bytes: Bytes, header: &MrawHeader) -> Result<Raster, CameraError> {
     Raster::plain(packing, header.width_px, header.height_px).ok_or_else(|| CameraError::Unsupported {
         path: bytes.path().into(),
         what: format!("rows of {} pixels of {} bits", header.width_px, header.stored_bits),
-        hint: format!("a row is a multiple of {} pixels", packing.group().0),
+        hint: format!("a row is a multiple of {} pixels", packing.group_px()),
     })
 }
 

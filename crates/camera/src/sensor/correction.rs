@@ -5,6 +5,7 @@ use chainwave_measurement::{Recording, median};
 use super::defects::{DefectMap, response};
 use super::statistics::PixelStatistics;
 use crate::error::CameraError;
+use crate::picture::PictureShape;
 use crate::timing::states_depth;
 
 /// Share of a flat field's pixels that may be saturated, such as hot ones.
@@ -105,7 +106,11 @@ impl SensorCorrection {
     /// frames; [`CameraError::Read`] when a frame cannot be read.
     pub fn from_flat(flat: &dyn Recording, dark: Option<&dyn Recording>) -> Result<Self, CameraError> {
         if let Some(dark) = dark {
-            check_same(flat, (shape(dark), states_depth(dark.info())), "the dark frames")?;
+            check_same(
+                flat,
+                (PictureShape::of_recording(dark.info()), states_depth(dark.info())),
+                "the dark frames",
+            )?;
         }
         Self::from_parts(flat, dark, Some(flat))
     }
@@ -175,8 +180,8 @@ impl SensorCorrection {
     /// Refuses a recording of another part of the sensor or of another depth, as far as files state that: frames of a 12 bit sensor may lie
     /// in a file of 16, but are then no brighter than 12 bits are.
     pub(super) fn check(&self, recording: &dyn Recording) -> Result<(), CameraError> {
-        let bit_depth = self.bit_depth.unwrap_or(recording.info().bit_depth);
-        let expected = (self.width_px, self.height_px, bit_depth);
+        let bits = self.bit_depth.unwrap_or(recording.info().bit_depth);
+        let expected = PictureShape { width_px: self.width_px, height_px: self.height_px, bits };
         check_same(recording, (expected, self.states_depth), "the sensor's correction")?;
         let full_scale = recording.info().full_scale();
         let most = self.dark.iter().flatten().fold(0.0, |most: f64, &dark| most.max(dark.into()));
@@ -232,28 +237,22 @@ fn sigma_of_mean(statistics: &PixelStatistics) -> Option<f64> {
     statistics.noise_counts().map(|noise| noise.max(rounding) / n_frames.sqrt())
 }
 
-/// Columns, rows and bits of a recording.
-fn shape(recording: &dyn Recording) -> (usize, usize, u32) {
-    (recording.info().width_px, recording.info().height_px, recording.info().bit_depth)
-}
-
 /// Refuses a recording of another size, or of another depth where that is stated there and in the recording.
 fn check_same(
     recording: &dyn Recording,
-    (expected, states_depth_too): ((usize, usize, u32), bool),
+    (expected, states_depth_too): (PictureShape, bool),
     of_what: &str,
 ) -> Result<(), CameraError> {
-    let text = |(width, height, bits): (usize, usize, u32)| format!("{width} x {height} px of {bits} bits");
-    let found = shape(recording);
+    let found = PictureShape::of_recording(recording.info());
     let is_compared = states_depth_too && states_depth(recording.info());
-    if found == expected || (!is_compared && (found.0, found.1) == (expected.0, expected.1)) {
+    if found == expected || (!is_compared && PictureShape { bits: expected.bits, ..found } == expected) {
         return Ok(());
     }
     Err(CameraError::Correction {
         path: recording.path().into(),
         what: "frames".into(),
-        expected: format!("{}, as {of_what}", text(expected)),
-        found: text(found),
+        expected: format!("{expected}, as {of_what}"),
+        found: found.to_string(),
     })
 }
 

@@ -6,6 +6,8 @@ mod name;
 use counter::{Order, sort};
 use name::{Groups, Member, Name, Pattern, join_signed};
 
+use crate::name_list::first_names;
+
 /// Names of images in their order, and what the numbers in them say.
 #[derive(Debug, PartialEq)]
 pub(super) struct Numbering {
@@ -118,7 +120,6 @@ fn greatest_divisor(a: i128, b: i128) -> i128 {
 
 /// What is odd about increasing numbers that are `spacing`, their greatest common spacing, or multiples of it apart.
 fn gaps(numbers: &[i128], spacing: i128) -> Vec<String> {
-    const N_NAMED: usize = 5;
     let wide = numbers.windows(2).filter(|pair| pair[1] - pair[0] > spacing);
     let missing: Vec<String> = wide
         .clone()
@@ -131,11 +132,9 @@ fn gaps(numbers: &[i128], spacing: i128) -> Vec<String> {
         warnings.push(format!("the images' numbers advance by {spacing}: one interval is taken to be that"));
     }
     if n_missing > 0 {
-        let named = missing[..missing.len().min(N_NAMED)].join(", ");
-        let more = if missing.len() > N_NAMED { ", and more" } else { "" };
-        warnings.push(format!(
-            "{n_missing} images are missing between others: {named}{more}; times keep their place"
-        ));
+        let named = first_names(&missing);
+        warnings
+            .push(format!("{n_missing} images are missing between others: {named}; times keep their place"));
     }
     warnings
 }

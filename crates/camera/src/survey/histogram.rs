@@ -36,6 +36,15 @@ pub fn histogram(recording: &dyn Recording, n_frames: usize) -> Result<Histogram
     Ok(Histogram { n_pixels, frames })
 }
 
+/// The count at which a sensor saturates.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Saturation {
+    /// That count.
+    pub count: usize,
+    /// Pixels there, which may have been brighter.
+    pub n_pixels: u64,
+}
+
 impl Histogram {
     /// All pixels that were counted.
     pub fn total(&self) -> u64 {
@@ -58,15 +67,16 @@ impl Histogram {
         self.n_pixels.first().copied().unwrap_or(0)
     }
 
-    /// The count at which the sensor saturates, and the pixels there, which may have been brighter: full scale, or the
-    /// highest count found when pixels pile up at it. `None` when neither holds.
-    pub fn saturation(&self) -> Option<(usize, u64)> {
+    /// Where the sensor saturates: at full scale, or at the highest count found when pixels pile up at it. `None` when neither
+    /// holds.
+    pub fn saturation(&self) -> Option<Saturation> {
         let highest = self.n_pixels.iter().rposition(|&n| n > 0)?;
         let n_highest = self.n_pixels[highest];
         let below = &self.n_pixels[highest.saturating_sub(N_NEIGHBOURS)..highest];
         let usual = below.iter().sum::<u64>() as f64 / below.len().max(1) as f64;
         let is_spike = highest > 0 && n_highest as f64 > SPIKE_RATIO * usual.max(1.0);
-        (is_spike || highest + 1 == self.n_pixels.len()).then_some((highest, n_highest))
+        (is_spike || highest + 1 == self.n_pixels.len())
+            .then_some(Saturation { count: highest, n_pixels: n_highest })
     }
 
     /// The histogram in `n_bins` bins of equal width (the last may be narrower).
@@ -86,9 +96,9 @@ mod tests {
 
     #[test]
     fn saturation_is_full_scale_or_a_spike_at_the_top() {
-        assert_eq!(of(vec![3, 5, 2, 1]).saturation(), Some((3, 1)));
+        assert_eq!(of(vec![3, 5, 2, 1]).saturation(), Some(Saturation { count: 3, n_pixels: 1 }));
         assert_eq!(of(vec![3, 5, 2, 1, 0, 0]).saturation(), None);
-        assert_eq!(of(vec![3, 5, 2, 90, 0, 0]).saturation(), Some((3, 90)));
+        assert_eq!(of(vec![3, 5, 2, 90, 0, 0]).saturation(), Some(Saturation { count: 3, n_pixels: 90 }));
         assert_eq!(of(vec![0; 4]).saturation(), None);
     }
 

@@ -31,7 +31,7 @@ impl Pair<'_> {
     /// gradients of the mean of both frames, so that the second order cancels. Least squares take that and a
     /// constant out of the difference. The noise of the mean is independent of the difference's.
     pub(super) fn block(&self, x: usize, y: usize) -> NoiseBlock {
-        let mut sums = Sums::default();
+        let mut sums = RegressionSums::default();
         for row in y..y + SIDE_PX {
             for at in row * self.width_px + x..row * self.width_px + x + SIDE_PX {
                 let difference = f64::from(self.second[at]) - f64::from(self.first[at]);
@@ -54,7 +54,7 @@ impl Pair<'_> {
 }
 
 #[derive(Default)]
-struct Sums {
+struct RegressionSums {
     n: f64,
     mean: f64,
     gx: f64,
@@ -68,7 +68,7 @@ struct Sums {
     d_d: f64,
 }
 
-impl Sums {
+impl RegressionSums {
     fn add(&mut self, mean: f64, gx: f64, gy: f64, d: f64) {
         self.n += 1.0;
         self.mean += mean;

@@ -8,7 +8,7 @@ use std::path::Path;
 use tiff::decoder::{Decoder as TiffDecoder, DecodingResult, Limits};
 
 use crate::error::CameraError;
-use crate::picture::Gray;
+use crate::picture::{Gray, PictureShape};
 
 /// Why an image is not gray.
 #[derive(Debug)]
@@ -55,9 +55,9 @@ impl CodedImages {
         Ok(Self(decoder.with_limits(limits)))
     }
 
-    /// The image of directory `index`, of the width, height and bits that the directory states.
-    pub(super) fn image(&mut self, index: usize, shape: (usize, usize, u32)) -> Result<Gray, NotGray> {
-        let n_pixels = shape.0 * shape.1;
+    /// The image of directory `index`, of the shape that the directory states.
+    pub(super) fn image(&mut self, index: usize, shape: PictureShape) -> Result<Gray, NotGray> {
+        let n_pixels = shape.n_pixels();
         let samples = self.samples(index).map_err(|error| NotGray::Undecoded(error.to_string()))?;
         match samples.len().checked_div(n_pixels) {
             Some(n_channels @ 1..) if samples.len() == n_channels * n_pixels => {
@@ -65,8 +65,8 @@ impl CodedImages {
             }
             _ => Err(NotGray::Undecoded(format!(
                 "expected {} x {} gray pixels, found {} numbers",
-                shape.0,
-                shape.1,
+                shape.width_px,
+                shape.height_px,
                 samples.len()
             ))),
         }

@@ -3,7 +3,7 @@
 use super::directory::{Directory, Reader};
 use crate::error::CameraError;
 use crate::packing::Packing;
-use crate::picture::{Strips, is_plausible};
+use crate::picture::{PictureShape, Strips, is_plausible};
 use crate::raster::Raster;
 
 const SUBFILE_TYPE: u16 = 254;
@@ -32,9 +32,7 @@ const UNCOMPRESSED: u64 = 1;
 
 /// One image of a TIFF.
 pub(super) struct Page {
-    pub(super) width_px: usize,
-    pub(super) height_px: usize,
-    pub(super) bits: u32,
+    pub(super) shape: PictureShape,
     /// A reduced copy of another image.
     pub(super) is_thumbnail: bool,
     pub(super) storage: PageStorage,
@@ -59,7 +57,7 @@ impl Page {
             None => page.coded(width_px, height_px)?,
         };
         let is_thumbnail = page.number(SUBFILE_TYPE, 0)? & 1 == 1;
-        Ok(Self { width_px, height_px, bits, is_thumbnail, storage })
+        Ok(Self { shape: PictureShape { width_px, height_px, bits }, is_thumbnail, storage })
     }
 }
 
@@ -192,7 +190,7 @@ impl PageFields<'_> {
     fn plain(&self, packing: Packing, width_px: usize, height_px: usize) -> Result<PageStorage, CameraError> {
         let raster = Raster::plain(packing, width_px, height_px).ok_or_else(|| {
             let what = format!("rows of {width_px} pixels of {} bits", packing.stored_bits());
-            self.unsupported(&what, &format!("a row is a multiple of {} pixels", packing.group().0))
+            self.unsupported(&what, &format!("a row is a multiple of {} pixels", packing.group_px()))
         })?;
         let rows = self.number(ROWS_PER_STRIP, u64::MAX)?;
         if rows == 0 {

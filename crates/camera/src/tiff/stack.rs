@@ -18,7 +18,7 @@ use crate::format::Opened;
 use crate::mapping::map_file;
 use crate::options::OpenOptions;
 use crate::partial;
-use crate::picture::{Gray, Strips};
+use crate::picture::{Gray, PictureShape, Strips};
 use crate::raster::Raster;
 use crate::timing::{Timing, unstated_depth};
 
@@ -55,7 +55,7 @@ enum Pixels {
     /// Every frame lies in the file as it is.
     Plain { map: Mmap, raster: Raster, frames: Vec<Strips> },
     /// Frames are decoded, each from the directory of its number.
-    Coded { cache: Box<FrameCache<CodedImages, Gray>>, directories: Vec<usize>, shape: (usize, usize, u32) },
+    Coded { cache: Box<FrameCache<CodedImages, Gray>>, directories: Vec<usize>, shape: PictureShape },
 }
 
 impl PixelSource for Pixels {
@@ -75,8 +75,7 @@ impl PixelSource for Pixels {
 
 /// The images of a file that are frames: all of one size, and no thumbnails.
 struct StackImages {
-    /// Width, height and bits of a pixel.
-    shape: (usize, usize, u32),
+    shape: PictureShape,
     /// Number of each frame's directory.
     directories: Vec<usize>,
     /// The rows of frames that need no decoding, and where each such frame's rows lie.
@@ -104,8 +103,7 @@ impl StackImages {
             if page.is_thumbnail {
                 n_thumbnails += 1;
             } else {
-                let shape = (page.width_px, page.height_px, page.bits);
-                let images = images.get_or_insert_with(|| Self::none(shape));
+                let images = images.get_or_insert_with(|| Self::none(page.shape));
                 images.add(page, number).map_err(|(expected, found)| {
                     reader.bytes.malformed("image", directory.offset, expected, found)
                 })?;
@@ -118,7 +116,7 @@ impl StackImages {
         images.map(|images| Self { n_thumbnails, ..images }).ok_or_else(|| reader.no_image())
     }
 
-    fn none(shape: (usize, usize, u32)) -> Self {
+    fn none(shape: PictureShape) -> Self {
         Self {
             shape,
             directories: Vec::new(),
@@ -131,10 +129,8 @@ impl StackImages {
 
     /// Takes an image as the next frame, or says what was expected and found.
     fn add(&mut self, page: Page, number: usize) -> Result<(), (String, String)> {
-        let shape = (page.width_px, page.height_px, page.bits);
-        if shape != self.shape {
-            let text = |(width, height, bits)| format!("{width} x {height} px of {bits} bits");
-            return Err((format!("{}, as the first", text(self.shape)), text(shape)));
+        if page.shape != self.shape {
+            return Err((format!("{}, as the first", self.shape), page.shape.to_string()));
         }
         self.directories.push(number);
         if let PageStorage::Plain { raster, strips } = page.storage {
@@ -192,7 +188,7 @@ impl StackImages {
     }
 
     fn info(&self, description: &Description, options: &OpenOptions) -> RecordingInfo {
-        let (_, _, bit_depth) = self.shape;
+        let bit_depth = self.shape.bits;
         let n_frames = self.directories.len();
         let (stated_hz, unknown_unit) = match description.rate_hz() {
             Ok(stated_hz) => (stated_hz, None),
@@ -216,7 +212,7 @@ impl StackImages {
                 Ok(Pixels::Plain { map, raster, frames: self.plain })
             }
             _ => {
-                let mut decoder = CodedImages::open(path, self.shape.0 * self.shape.1)
+                let mut decoder = CodedImages::open(path, self.shape.n_pixels())
                     .map_err(|reason| CameraError::Decoder { path: path.into(), reason })?;
                 // Whether the pictures are gray shows only when one is decoded.
                 let first = self.directories.first().copied().unwrap_or(0);

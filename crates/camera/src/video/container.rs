@@ -40,7 +40,7 @@ fn cut_of(file: &mut File) -> std::io::Result<Option<Cut>> {
     let mut at = 0;
     for _ in 0..MOST_CHUNKS {
         let head = head_at(file, at)?;
-        let Some(found) = Kind::of(&head) else { return Ok(None) };
+        let Some(found) = ContainerKind::of(&head) else { return Ok(None) };
         // What follows a container of one kind is no chunk of another.
         if *kind.get_or_insert(found) != found {
             return Ok(None);
@@ -54,7 +54,8 @@ fn cut_of(file: &mut File) -> std::io::Result<Option<Cut>> {
     if at <= file_bytes {
         return Ok(None);
     }
-    let n_whole = if kind == Some(Kind::Riff) { Some(whole_frames(file, file_bytes)?) } else { None };
+    let n_whole =
+        if kind == Some(ContainerKind::Riff) { Some(whole_frames(file, file_bytes)?) } else { None };
     Ok(Some(Cut { stated_bytes: at, file_bytes, n_whole }))
 }
 
@@ -98,13 +99,13 @@ fn head_at(file: &mut File, at: u64) -> std::io::Result<Vec<u8>> {
 
 /// What the outermost chunks are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Kind {
+enum ContainerKind {
     Riff,
     Ebml,
     Box,
 }
 
-impl Kind {
+impl ContainerKind {
     fn of(head: &[u8]) -> Option<Self> {
         let is_letter = |letter: &u8| letter.is_ascii_alphanumeric() || *letter == b' ';
         if head.starts_with(b"RIFF") {
@@ -151,7 +152,7 @@ mod tests {
     use super::*;
 
     fn chunk_bytes(head: &[u8]) -> Option<u64> {
-        Kind::of(head)?.chunk_bytes(head)
+        ContainerKind::of(head)?.chunk_bytes(head)
     }
 
     #[test]

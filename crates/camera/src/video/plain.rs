@@ -19,6 +19,7 @@ use crate::mapping::map_file;
 use crate::options::OpenOptions;
 use crate::packing::Packing;
 use crate::partial;
+use crate::picture::PictureShape;
 use crate::raster::Raster;
 use crate::read_ahead::{ask_for, ask_for_large, expect_pieces};
 
@@ -64,7 +65,7 @@ fn opened(path: &Path, map: Mmap, header: &Header, options: &OpenOptions) -> Ope
         remarks.push(partial::warning(n_frames, Some(n_stated).filter(|n_stated| *n_stated > n_frames)));
     }
     remarks.extend(missing_warning(&stored.missing));
-    let shape = (width_px, height_px, 8);
+    let shape = PictureShape { width_px, height_px, bits: 8 };
     let info = without_camera("AVI, uncompressed 8 bit gray".into(), shape, timing, remarks);
     expect_pieces(&map);
     let images = Images { path: path.into(), map, raster: stored.raster, frames: stored.frames };

@@ -15,7 +15,7 @@ use crate::format::Opened;
 use crate::library::{OpenedVideo, VideoFrames, VisionLibrary};
 use crate::options::OpenOptions;
 use crate::partial;
-use crate::picture::Gray;
+use crate::picture::{Gray, PictureShape};
 
 /// Memory for frames that are kept, so that going back costs a decoding from the start only once in many frames.
 const KEPT_BYTES: usize = 64 << 20;
@@ -54,7 +54,7 @@ pub(super) fn open(
     if cut.is_some() || n_stated.is_some_and(|n_stated| n_frames < n_stated) {
         remarks.push(partial::warning(n_frames, n_stated));
     }
-    let shape = (width_px, height_px, bit_depth);
+    let shape = PictureShape { width_px, height_px, bits: bit_depth };
     let info = without_camera(format!("{container} video"), shape, timing, remarks);
     let player = Player::new(in_depth(path, layout, frames, size_px)?, size_px, bit_depth);
     let n_kept = KEPT_BYTES / (size_of::<u16>() * width_px * height_px).max(1);

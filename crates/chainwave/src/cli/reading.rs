@@ -3,6 +3,16 @@
 use chainwave_camera::{OpenOptions, RawGeometry};
 use clap::Args;
 
+use super::positive::positive;
+
+/// How fast recordings were taken whose files do not say.
+#[derive(Debug, Args)]
+pub(crate) struct FrameRate {
+    /// Frames per second of recordings that do not state their frame rate, such as folders of images.
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true, value_parser = positive)]
+    pub(crate) rate_hz: Option<f64>,
+}
+
 /// How recordings are read.
 #[derive(Debug, Args)]
 pub(crate) struct Reading {

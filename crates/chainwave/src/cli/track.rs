@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::positive::positive;
-use super::reading::Reading;
+use super::reading::{FrameRate, Reading};
 use super::sensor::Sensor;
 
 /// Arguments of `track`.
@@ -28,9 +28,8 @@ pub(crate) struct Track {
     /// Reference frame, from 0.
     #[arg(long, default_value_t = 0)]
     pub(crate) reference: usize,
-    /// Frames per second of recordings that do not state their frame rate, such as folders of images.
-    #[arg(long, value_name = "HZ", allow_negative_numbers = true, value_parser = positive)]
-    pub(crate) rate_hz: Option<f64>,
+    #[command(flatten)]
+    pub(crate) frame_rate: FrameRate,
     #[command(flatten)]
     pub(crate) reading: Reading,
     #[command(flatten)]

@@ -4,8 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::positive::positive;
-use super::reading::Reading;
+use super::reading::{FrameRate, Reading};
 
 /// Arguments of `tradeoff`.
 #[derive(Debug, Args)]
@@ -23,9 +22,8 @@ pub(crate) struct Tradeoff {
     /// Table of points for recordings, as for `track`; default: squares of 33 x 33 px with much texture.
     #[arg(long, value_name = "FILE")]
     pub(crate) points: Option<PathBuf>,
-    /// Frames per second of recordings that do not state their frame rate, such as folders of images.
-    #[arg(long, value_name = "HZ", allow_negative_numbers = true, value_parser = positive)]
-    pub(crate) rate_hz: Option<f64>,
+    #[command(flatten)]
+    pub(crate) frame_rate: FrameRate,
     #[command(flatten)]
     pub(crate) reading: Reading,
 }

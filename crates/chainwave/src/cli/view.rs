@@ -4,8 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::positive::positive;
-use super::reading::Reading;
+use super::reading::{FrameRate, Reading};
 
 /// Arguments of `view`.
 #[derive(Debug, Args)]
@@ -28,9 +27,8 @@ pub(crate) struct View {
     /// File of corrections that the review of results writes and `run` reads; default: `corrections.csv` in the folder of the recordings.
     #[arg(long, value_name = "FILE")]
     pub(crate) corrections: Option<PathBuf>,
-    /// Frames per second of recordings that do not state their frame rate, such as folders of images.
-    #[arg(long, value_name = "HZ", allow_negative_numbers = true, value_parser = positive)]
-    pub(crate) rate_hz: Option<f64>,
+    #[command(flatten)]
+    pub(crate) frame_rate: FrameRate,
     #[command(flatten)]
     pub(crate) reading: Reading,
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::positive::positive;
-use super::reading::Reading;
+use super::reading::{FrameRate, Reading};
 
 /// Arguments of `watch`.
 #[derive(Debug, Args)]
@@ -19,9 +19,8 @@ pub(crate) struct Watch {
     /// Seconds between checks of the folder; a file whose size has not changed for as long counts as saved.
     #[arg(long, value_name = "SECONDS", default_value_t = 1.0, allow_negative_numbers = true, value_parser = positive)]
     pub(crate) every: f64,
-    /// Frames per second of recordings that do not state their frame rate, such as folders of images.
-    #[arg(long, value_name = "HZ", allow_negative_numbers = true, value_parser = positive)]
-    pub(crate) rate_hz: Option<f64>,
+    #[command(flatten)]
+    pub(crate) frame_rate: FrameRate,
     #[command(flatten)]
     pub(crate) reading: Reading,
     /// Threads; default: all cores.

@@ -15,16 +15,16 @@ use crate::wave::Wave;
 
 /// A number of the table.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Finding {
+pub(super) struct ComparedValue {
     quantity: Quantity,
-    /// Whence it is.
+    /// Where it comes from.
     source: String,
     /// The number; its sigma is 0 where a model gives it.
     value: Estimate,
 }
 
 /// Every number that a study yields, quantity by quantity.
-pub(super) fn all(study: &Study, compared: &Compared) -> Vec<Finding> {
+pub(super) fn all(study: &Study, compared: &Compared) -> Vec<ComparedValue> {
     let mut findings = weak_group_velocities(compared);
     findings.extend(compared.strikes.iter().flat_map(speeds));
     findings.extend(compared.laws.iter().filter_map(|law| variation_of_law(study, law)));
@@ -34,11 +34,11 @@ pub(super) fn all(study: &Study, compared: &Compared) -> Vec<Finding> {
     findings
 }
 
-fn exact(quantity: Quantity, source: String, value: f64) -> Finding {
-    Finding { quantity, source, value: Estimate::new(value, 0.0) }
+fn exact(quantity: Quantity, source: String, value: f64) -> ComparedValue {
+    ComparedValue { quantity, source, value: Estimate::new(value, 0.0) }
 }
 
-fn weak_group_velocities(compared: &Compared) -> Vec<Finding> {
+fn weak_group_velocities(compared: &Compared) -> Vec<ComparedValue> {
     let weakest = |law: &LawResults| {
         let row = law.scan.iter().min_by(|a, b| a.striker_m_per_s.total_cmp(&b.striker_m_per_s))?;
         let source = format!("chain model, {}, struck at {} m/s", law.name, row.striker_m_per_s);
@@ -48,16 +48,16 @@ fn weak_group_velocities(compared: &Compared) -> Vec<Finding> {
 }
 
 /// Group velocity after a strike and its variation, of the experiment and of both models.
-fn speeds(struck: &Struck) -> Vec<Finding> {
+fn speeds(struck: &Struck) -> Vec<ComparedValue> {
     let of = |wave: &Wave| {
         let source = format!("{}, struck at {} m/s", wave.name, struck.velocity_m_per_s);
         let speed = wave.speed?;
-        let group = Finding {
+        let group = ComparedValue {
             quantity: Quantity::GroupVelocity,
             source: format!("{source}, gaps {} to {}", speed.gaps.0, speed.gaps.1),
             value: speed.group_m_per_s,
         };
-        let variation = speed.variation.map(|value| Finding {
+        let variation = speed.variation.map(|value| ComparedValue {
             quantity: Quantity::GroupVelocityVariation,
             source,
             value,
@@ -68,7 +68,7 @@ fn speeds(struck: &Struck) -> Vec<Finding> {
 }
 
 /// The variation by a law at the scan's strike nearest to the first strike.
-fn variation_of_law(study: &Study, law: &LawResults) -> Option<Finding> {
+fn variation_of_law(study: &Study, law: &LawResults) -> Option<ComparedValue> {
     let wanted = study.strikes.first()?.velocity_m_per_s.get();
     let apart = |striker_m_per_s: f64| (striker_m_per_s - wanted).abs();
     let row = law.scan.iter().min_by(|a, b| apart(a.striker_m_per_s).total_cmp(&apart(b.striker_m_per_s)))?;
@@ -78,13 +78,13 @@ fn variation_of_law(study: &Study, law: &LawResults) -> Option<Finding> {
 
 /// How much the front widens in the experiment, from its first to its last half width, and in the long chain from the first to the last
 /// time at which pulses are shown.
-fn growths(study: &Study, compared: &Compared) -> Vec<Finding> {
+fn growths(study: &Study, compared: &Compared) -> Vec<ComparedValue> {
     let measured = |struck: &Struck| {
         let widths = &struck.experiment.half_widths;
         let (first, last) = (widths.first()?, widths.last()?);
         let ratio = last.hwhm_m.value / first.hwhm_m.value;
         let relative = (last.hwhm_m.sigma / last.hwhm_m.value).hypot(first.hwhm_m.sigma / first.hwhm_m.value);
-        Some(Finding {
+        Some(ComparedValue {
             quantity: Quantity::HalfWidthGrowth,
             source: format!(
                 "experiment, struck at {} m/s, {:.1} to {:.1} ms, rising in {:.0} % of the steps",
@@ -115,7 +115,7 @@ fn growths(study: &Study, compared: &Compared) -> Vec<Finding> {
 }
 
 /// What dispersion and rarefaction took at the last gap, and what damping took besides.
-fn losses(study: &Study, law: &LawResults) -> Vec<Finding> {
+fn losses(study: &Study, law: &LawResults) -> Vec<ComparedValue> {
     let shares = damping_share(&law.damped_j, &law.undamped_j);
     let Some(share) = shares.get(study.energy_gap.saturating_sub(1)) else { return Vec::new() };
     let source = || format!("chain model, {}, gap {}", law.name, share.gap);
@@ -126,10 +126,11 @@ fn losses(study: &Study, law: &LawResults) -> Vec<Finding> {
 }
 
 /// Writes `comparison.csv` and `comparison.md`.
-pub(super) fn write(out: &Path, study: &Study, findings: &[Finding]) -> Result<(), Error> {
-    let published = |finding: &Finding| study.published.iter().find(|one| one.quantity == finding.quantity);
-    let off = |finding: &Finding| Some(finding.value.value / published(finding)?.value? - 1.0);
-    let of = |text: &dyn Fn(&Finding) -> String| findings.iter().map(text).collect::<Vec<_>>();
+pub(super) fn write(out: &Path, study: &Study, findings: &[ComparedValue]) -> Result<(), Error> {
+    let published =
+        |finding: &ComparedValue| study.published.iter().find(|one| one.quantity == finding.quantity);
+    let off = |finding: &ComparedValue| Some(finding.value.value / published(finding)?.value? - 1.0);
+    let of = |text: &dyn Fn(&ComparedValue) -> String| findings.iter().map(text).collect::<Vec<_>>();
     let known = |sigma: f64| (sigma > 0.0).then_some(sigma);
     let columns = vec![
         column("quantity", of(&|one| one.quantity.as_str().into())),
@@ -145,7 +146,7 @@ pub(super) fn write(out: &Path, study: &Study, findings: &[Finding]) -> Result<(
 }
 
 /// The page: what was published, what is found here, and why they differ, quantity by quantity.
-fn page(published: &[Published], findings: &[Finding]) -> String {
+fn page(published: &[Published], findings: &[ComparedValue]) -> String {
     let mut text = String::from("# What was published, and what is found here\n");
     for of_one in findings.chunk_by(|a, b| a.quantity == b.quantity) {
         let quantity = of_one[0].quantity;
@@ -175,8 +176,8 @@ fn page(published: &[Published], findings: &[Finding]) -> String {
 }
 
 /// In which sources the group velocity falls from each strike to the next faster one, as it is found here.
-fn fall(speeds: &[Finding]) -> String {
-    let name = |one: &Finding| one.source.split(',').next().unwrap_or_default().to_owned();
+fn fall(speeds: &[ComparedValue]) -> String {
+    let name = |one: &ComparedValue| one.source.split(',').next().unwrap_or_default().to_owned();
     let mut names: Vec<String> = speeds.iter().map(name).collect();
     names.sort();
     names.dedup();
@@ -234,7 +235,7 @@ mod tests {
         };
         let found = |source: &str, value| exact(Quantity::UndampedDrop, source.into(), value);
         let findings = [
-            Finding {
+            ComparedValue {
                 quantity: Quantity::GroupVelocity,
                 source: "x".into(),
                 value: Estimate::new(47.0, 0.031),

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use chainwave_experiment::Table;
 
-use super::coverage::{Coverage, Mean, Quantity};
+use super::coverage::{Coverage, CoveredQuantity, Mean};
 use crate::error::Error;
 use crate::table::{self, column};
 use crate::terminal::say;
@@ -21,7 +21,7 @@ pub(super) struct Kinds {
 }
 
 /// What one kind does.
-struct Row {
+struct KindRow {
     kind: String,
     n_experiments: usize,
     /// Experiments whose failures, warnings or decisions name what is wrong; where nothing is, those with a warning.
@@ -86,18 +86,19 @@ impl Kinds {
     /// Writes the table (one row a kind and quantity), and prints it.
     pub(super) fn write(&self, folder: &Path, tables: &[Table]) -> Result<(), Error> {
         let rows = self.rows(tables)?;
-        let cells: Vec<(&Row, &str)> =
+        let cells: Vec<(&KindRow, &str)> =
             rows.iter().flat_map(|row| self.quantities.iter().map(move |name| (row, *name))).collect();
-        let texts = |of: fn(&(&Row, &'static str)) -> String| cells.iter().map(of).collect::<Vec<_>>();
-        let counts = |of: fn(&(&Row, &'static str)) -> usize| {
+        let texts = |of: fn(&(&KindRow, &'static str)) -> String| cells.iter().map(of).collect::<Vec<_>>();
+        let counts = |of: fn(&(&KindRow, &'static str)) -> usize| {
             cells.iter().map(|cell| of(cell) as u64).collect::<Vec<_>>()
         };
-        let numbers = |of: fn(&Quantity) -> f64| {
+        let numbers = |of: fn(&CoveredQuantity) -> f64| {
             cells.iter().map(|(row, name)| row.coverage.quantity(name).map(of)).collect::<Vec<_>>()
         };
-        let sigmas = |of: fn(&Quantity) -> Mean| {
-            let sigma =
-                |(row, name): &(&Row, &str)| row.coverage.quantity(name).and_then(|found| of(found).sigma);
+        let sigmas = |of: fn(&CoveredQuantity) -> Mean| {
+            let sigma = |(row, name): &(&KindRow, &str)| {
+                row.coverage.quantity(name).and_then(|found| of(found).sigma)
+            };
             cells.iter().map(sigma).collect::<Vec<_>>()
         };
         let columns = vec![
@@ -118,7 +119,7 @@ impl Kinds {
         Ok(())
     }
 
-    fn rows(&self, tables: &[Table]) -> Result<Vec<Row>, Error> {
+    fn rows(&self, tables: &[Table]) -> Result<Vec<KindRow>, Error> {
         let mut by_kind: Vec<(String, Vec<Table>)> = Vec::new();
         for table in tables {
             let kind = first_text(table, self.column)?;
@@ -127,10 +128,10 @@ impl Kinds {
                 None => by_kind.push((kind, vec![table.clone()])),
             }
         }
-        by_kind.into_iter().map(|(kind, found)| Row::of(kind, &found)).collect()
+        by_kind.into_iter().map(|(kind, found)| KindRow::of(kind, &found)).collect()
     }
 
-    fn print(&self, rows: &[Row]) {
+    fn print(&self, rows: &[KindRow]) {
         say!("95 % intervals that hold, in per cent, the rms error in sigma, and how many were stated:");
         let names: String = self.quantities.iter().map(|name| format!("{name:>24}")).collect();
         say!("{:<26}{:>12}{:>8}{names}  warned of", self.column, "experiments", "named");
@@ -139,7 +140,7 @@ impl Kinds {
             for name in self.quantities {
                 let told = row.coverage.quantity(name).map_or_else(
                     || "-".into(),
-                    |Quantity { within_95, rms, n, .. }| {
+                    |CoveredQuantity { within_95, rms, n, .. }| {
                         format!("{}; {rms:.1}; {n}", within_95.in_per_cent(0))
                     },
                 );
@@ -150,7 +151,7 @@ impl Kinds {
     }
 }
 
-impl Row {
+impl KindRow {
     fn of(kind: String, tables: &[Table]) -> Result<Self, Error> {
         let (mut n_named, mut warned_of) = (0, BTreeMap::new());
         for table in tables {

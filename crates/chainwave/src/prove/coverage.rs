@@ -13,12 +13,12 @@ use crate::terminal::{say, tell};
 
 /// How often the intervals of each quantity hold the truth.
 pub(super) struct Coverage {
-    quantities: Vec<Quantity>,
+    quantities: Vec<CoveredQuantity>,
 }
 
 /// One quantity over all experiments. Within an experiment its estimates share errors, so uncertainties come from the scatter
 /// between experiments.
-pub(super) struct Quantity {
+pub(super) struct CoveredQuantity {
     name: String,
     /// Intervals that were stated.
     pub(super) n: usize,
@@ -83,14 +83,16 @@ impl Coverage {
                 tallies[index][experiment].add(estimate, truths[row]);
             }
         }
-        let quantities = names.into_iter().zip(&tallies).map(|(name, tallies)| Quantity::of(name, tallies));
+        let quantities =
+            names.into_iter().zip(&tallies).map(|(name, tallies)| CoveredQuantity::of(name, tallies));
         Ok(Self { quantities: quantities.collect() })
     }
 
     /// Writes `coverage.parquet` and its figure.
     pub(super) fn write(&self, folder: &Path) -> Result<(), Error> {
-        let of = |value: &dyn Fn(&Quantity) -> f64| self.quantities.iter().map(value).collect::<Vec<f64>>();
-        let sigmas = |mean: &dyn Fn(&Quantity) -> Mean| {
+        let of =
+            |value: &dyn Fn(&CoveredQuantity) -> f64| self.quantities.iter().map(value).collect::<Vec<f64>>();
+        let sigmas = |mean: &dyn Fn(&CoveredQuantity) -> Mean| {
             self.quantities.iter().map(|one| mean(one).sigma).collect::<Vec<Option<f64>>>()
         };
         let columns = vec![
@@ -104,7 +106,7 @@ impl Coverage {
             column("within_95_uncertainty", sigmas(&|one| one.within_95)),
         ];
         table::write(&folder.join("coverage.parquet"), columns)?;
-        let row = |one: &Quantity| CoverageRow {
+        let row = |one: &CoveredQuantity| CoverageRow {
             quantity: one.name.clone(),
             within_68: one.within_68.drawn(),
             within_95: one.within_95.drawn(),
@@ -114,14 +116,14 @@ impl Coverage {
     }
 
     /// One quantity; `None` where no interval of it was stated.
-    pub(super) fn quantity(&self, name: &str) -> Option<&Quantity> {
+    pub(super) fn quantity(&self, name: &str) -> Option<&CoveredQuantity> {
         self.quantities.iter().find(|one| one.name == name)
     }
 
     /// Prints the table.
     pub(super) fn print(&self) {
         let estimate = |found: Mean| json!({ "value": found.value, "sigma": found.sigma });
-        let of = |one: &Quantity| {
+        let of = |one: &CoveredQuantity| {
             json!({
                 "quantity": one.name, "n": one.n, "bias_sigma": estimate(one.bias),
                 "within_68": estimate(one.within_68), "within_95": estimate(one.within_95),
@@ -151,7 +153,7 @@ impl Tally {
     }
 }
 
-impl Quantity {
+impl CoveredQuantity {
     fn of(name: String, tallies: &[Tally]) -> Self {
         let seen: Vec<Tally> = tallies.iter().copied().filter(|tally| tally.n > 0.0).collect();
         let n_intervals = seen.iter().map(|tally| tally.n).sum::<f64>();

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use chainwave_experiment::Table;
 
-use super::coverage::{Coverage, Quantity};
+use super::coverage::{Coverage, CoveredQuantity};
 use crate::error::Error;
 use crate::output::write_text;
 
@@ -53,7 +53,7 @@ fn line(table: &Table) -> Result<String, Error> {
     let coverage = Coverage::of(std::slice::from_ref(table))?;
     for (_, quantity) in QUANTITIES {
         let _ = match coverage.quantity(quantity) {
-            Some(Quantity { n, within_95, rms, .. }) => {
+            Some(CoveredQuantity { n, within_95, rms, .. }) => {
                 write!(line, ",{n},{},{rms:.2}", (within_95.value * *n as f64).round())
             }
             None => write!(line, ",0,0,"),

@@ -19,7 +19,7 @@ pub(super) const NONE: &str = "none";
 
 /// One estimate beside its truth.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Finding {
+pub(super) struct ProofFinding {
     quantity: &'static str,
     estimate: Estimate,
     truth: f64,
@@ -40,7 +40,7 @@ pub(super) const MEDIAN_HALF_WIDTH: &str = "HWHM of median sigma";
 /// Of fields over time, every this many samples is taken: neighbours share their errors.
 const THINNING: usize = 16;
 
-impl Finding {
+impl ProofFinding {
     /// To be raised whenever a table of findings has other columns.
     pub(super) const VERSION: u32 = 4;
 
@@ -69,14 +69,14 @@ impl Finding {
 }
 
 /// Every estimate of an evaluation whose truth is known.
-pub(super) fn findings(setup: &Setup, results: &Results) -> Result<Vec<Finding>, Error> {
+pub(super) fn findings(setup: &Setup, results: &Results) -> Result<Vec<ProofFinding>, Error> {
     let Results { tracked, evaluation, truth, .. } = results;
     let truth = truth.as_ref().ok_or_else(|| {
         Error::configuration(&setup.path, "expected truth.json beside the recordings, found none".into())
     })?;
     let mut found = Vec::new();
     let mut add = |quantity: &'static str, estimate: Estimate, truth: f64| {
-        found.push(Finding { quantity, estimate, truth });
+        found.push(ProofFinding { quantity, estimate, truth });
     };
     of_motion(evaluation, &truth.motion, &setup.experiment.chain.spacing()?, &mut add);
     of_wave(&evaluation.measurement, &truth.measurement, &mut add);

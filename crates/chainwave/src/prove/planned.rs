@@ -30,7 +30,7 @@ const QUANTITIES: [(PlannedResult, &str); 9] = [
 ];
 
 /// One result of all experiments of one noise and striker.
-struct Row {
+struct PlannedRow {
     noise: f64,
     striker_m_per_s: f64,
     quantity: &'static str,
@@ -91,7 +91,7 @@ fn rows_of(
     planned: &Precision,
     bound: Option<DampingBound>,
     tables: &[&Table],
-) -> Result<Vec<Row>, Error> {
+) -> Result<Vec<PlannedRow>, Error> {
     let mut rows = Vec::new();
     for (result, quantity) in QUANTITIES {
         let planned = planned.of(result);
@@ -111,7 +111,7 @@ fn rows_of(
         }
         let n = sigmas.len() as f64;
         let Some(stated) = median(sigmas) else { continue };
-        rows.push(Row {
+        rows.push(PlannedRow {
             noise,
             striker_m_per_s,
             quantity,
@@ -125,8 +125,8 @@ fn rows_of(
     Ok(rows)
 }
 
-fn write(out: &Path, rows: &[Row]) -> Result<(), Error> {
-    let of = |value: &dyn Fn(&Row) -> f64| rows.iter().map(value).collect::<Vec<f64>>();
+fn write(out: &Path, rows: &[PlannedRow]) -> Result<(), Error> {
+    let of = |value: &dyn Fn(&PlannedRow) -> f64| rows.iter().map(value).collect::<Vec<f64>>();
     let columns = vec![
         column("noise", of(&|row| row.noise)),
         column("striker_velocity_m_per_s", of(&|row| row.striker_m_per_s)),
@@ -140,15 +140,15 @@ fn write(out: &Path, rows: &[Row]) -> Result<(), Error> {
     table::write(&out.join("planned.parquet"), columns)
 }
 
-fn print(rows: &[Row]) {
-    let of = |row: &Row| {
+fn print(rows: &[PlannedRow]) {
+    let of = |row: &PlannedRow| {
         json!({
             "noise": row.noise, "striker_velocity_m_per_s": row.striker_m_per_s, "quantity": row.quantity,
             "planned_sigma": row.planned, "stated_sigma": row.stated, "rms_error": row.rms, "bound": row.bound, "experiments": row.n_experiments,
         })
     };
     tell("planned", rows.iter().map(of).collect());
-    let is_like = |one: &Row, other: &Row| {
+    let is_like = |one: &PlannedRow, other: &PlannedRow| {
         is_same((one.noise, one.striker_m_per_s), (other.noise, other.striker_m_per_s))
     };
     for rows in rows.chunk_by(is_like) {
@@ -165,7 +165,7 @@ fn print(rows: &[Row]) {
     }
 }
 
-fn print_row(row: &Row) {
+fn print_row(row: &PlannedRow) {
     let or_none = |value: Option<String>| value.unwrap_or_else(|| "-".into());
     let planned = or_none(row.planned.map(|planned| format!("{planned:.3e}")));
     let ratio = or_none(row.planned.map(|planned| format!("{:.2}", row.stated / planned)));

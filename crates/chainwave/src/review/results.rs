@@ -7,12 +7,9 @@ use serde_json::Value;
 
 use crate::error::Error;
 use crate::output::found_in_place_of;
+use crate::run_files::{RESULTS, TRACKS};
 use crate::table;
 use crate::tracks_table::tracks_of;
-
-/// Tables that `run` leaves.
-pub(crate) const TRACKS: &str = "tracks.parquet";
-const RESULTS: &str = "results.json";
 
 /// The tracks of a run.
 pub(crate) struct ReviewedResults {
@@ -54,7 +51,7 @@ impl ReviewedResults {
 fn views(path: &Path) -> Result<Vec<(String, u32)>, Error> {
     let text = read_text(path)?;
     let results: Value = serde_json::from_str(&text)
-        .map_err(|wrong| Error::place(path, "results.json", "JSON", &wrong.to_string()))?;
+        .map_err(|wrong| Error::place(path, RESULTS, "JSON", &wrong.to_string()))?;
     let of = |one: &Value| {
         Some((one["recording"].as_str()?.to_owned(), u32::try_from(one["view"].as_u64()?).ok()?))
     };

@@ -8,9 +8,8 @@ use std::path::Path;
 use super::figures::Figure;
 use crate::error::Error;
 use crate::output::{FIGURES_FOLDER, remove};
+pub(super) use crate::run_files::{MOTION, RESULTS, STRAIN, TRACKS};
 
-/// The tracks.
-pub(super) const TRACKS: &str = "tracks.parquet";
 /// What became of each recording.
 pub(super) const RECORDINGS: &str = "recordings.csv";
 /// Stands in a folder of results: their recordings by name, and their settings.
@@ -21,14 +20,11 @@ pub(super) const ERROR_BUDGET: &str = "error_budget.json";
 /// The waves of several striker velocities beside each other.
 pub(super) const GROUP_VELOCITY: &str = "group_velocity.parquet";
 pub(super) const EXPONENTS: &str = "group_velocity.json";
-/// Pages and numbers.
-pub(super) const RESULTS: &str = "results.json";
+/// Pages and decisions.
 pub(super) const DECISIONS: &str = "decisions.json";
 pub(super) const REPORT: &str = "report.html";
 /// Tables of what follows from a motion.
-pub(super) const MOTION: &str = "motion.parquet";
 pub(super) const MOTION_BY_MODEL: &str = "motion_by_model.parquet";
-pub(super) const STRAIN: &str = "strain.parquet";
 pub(super) const FRONT: &str = "front.parquet";
 pub(super) const HWHM: &str = "hwhm.parquet";
 pub(super) const ENERGY: &str = "energy.parquet";

@@ -35,7 +35,7 @@ pub(crate) fn scan(
     let members =
         ensemble(&chains, schedule, threads(arguments.jobs), |_, simulation| Member::of(simulation, spacing));
     let mut outcome = Outcome::default();
-    let mut rows = Rows::default();
+    let mut rows = ScanRows::default();
     for (velocity_m_per_s, member) in velocities.0.iter().zip(members) {
         match member {
             Ok(member) => rows.add(*velocity_m_per_s, &member),
@@ -77,7 +77,7 @@ impl Member {
 }
 
 #[derive(Debug, Default)]
-struct Rows {
+struct ScanRows {
     striker_m_per_s: Vec<f64>,
     group_m_per_s: Vec<Option<f64>>,
     variation: Vec<Option<f64>>,
@@ -89,7 +89,7 @@ struct Rows {
     tension_events: Vec<u64>,
 }
 
-impl Rows {
+impl ScanRows {
     fn add(&mut self, velocity_m_per_s: f64, member: &Member) {
         let gaps = member.psi_max_j.iter().zip(&member.peak_times_s).enumerate();
         for (gap, (psi_max_j, peak_s)) in gaps {

@@ -29,7 +29,9 @@ pub(super) fn ladder(setup: &Setup) -> Result<Vec<Rung>, Error> {
     let bar = progress::bar("whole runs", variants.len() as u64);
     let mut rungs = Vec::new();
     let mut as_stated = None;
-    for (index, Variant { settings, setup: variant, is_other_method }) in variants.into_iter().enumerate() {
+    for (index, SetupVariant { settings, setup: variant, is_other_method }) in
+        variants.into_iter().enumerate()
+    {
         let begin = Instant::now();
         let results = match variant.run(&MemoryStore::default(), ONE_THREAD, &Monitor::SILENT) {
             Ok(results) => results,
@@ -86,7 +88,7 @@ pub(super) fn budgets(setup: &Setup) -> Result<Vec<String>, Error> {
 }
 
 /// One way to run an experiment.
-struct Variant {
+struct SetupVariant {
     settings: String,
     setup: Setup,
     /// Whether the same pixels are matched by another method.
@@ -94,14 +96,14 @@ struct Variant {
 }
 
 /// The experiment as it is stated, and with less of one thing at a time.
-fn variants(setup: &Setup) -> Vec<Variant> {
+fn variants(setup: &Setup) -> Vec<SetupVariant> {
     let (settings, is_other_method) = ("as stated".to_owned(), false);
-    let mut all = vec![Variant { settings, setup: setup.clone(), is_other_method }];
+    let mut all = vec![SetupVariant { settings, setup: setup.clone(), is_other_method }];
     let mut add = |settings: String, change: &dyn Fn(&mut Setup)| {
         let mut changed = setup.clone();
         change(&mut changed);
         let is_other_method = changed.method() != setup.method();
-        all.push(Variant { settings, setup: changed, is_other_method });
+        all.push(SetupVariant { settings, setup: changed, is_other_method });
     };
     let most = setup.trials_a_view();
     let mut fewer = vec![most.div_ceil(2), 1];

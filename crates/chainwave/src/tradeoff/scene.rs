@@ -22,7 +22,8 @@ pub(super) fn open(input: &Path, arguments: &cli::Tradeoff) -> Result<View, Erro
     if is_experiment(input) {
         return Ok(first_view(&Setup::read(input, None)?)?);
     }
-    let recording = chainwave_camera::open_with(input, &arguments.reading.options(arguments.rate_hz))?;
+    let recording =
+        chainwave_camera::open_with(input, &arguments.reading.options(arguments.frame_rate.rate_hz))?;
     let reference = ReferenceFrames::Single(0);
     let subsets = match &arguments.points {
         Some(points) => {

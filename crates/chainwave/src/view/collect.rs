@@ -13,8 +13,8 @@ use crate::error::Error;
 use crate::listing::recordings_in;
 use crate::on_demand;
 use crate::parallel::threads;
-use crate::review::TRACKS;
 use crate::run::PROVENANCE;
+use crate::run_files::TRACKS;
 use crate::track::read_points;
 use crate::view::results::of_results;
 use crate::view::set_up;
@@ -34,7 +34,7 @@ pub(crate) fn collection(arguments: &cli::View) -> Result<Collection, Error> {
             path.display()
         )));
     }
-    let options = arguments.reading.options(arguments.rate_hz);
+    let options = arguments.reading.options(arguments.frame_rate.rate_hz);
     let mut collection = of_recordings(path, &options)?;
     if let Some(points) = &arguments.points {
         let points = read_points(points)?;

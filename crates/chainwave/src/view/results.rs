@@ -8,13 +8,11 @@ use chainwave_view::{Collection, ShownRecording, ShownTrack, ShownWave};
 use crate::cli;
 use crate::error::Error;
 use crate::on_demand;
-use crate::review::{ReviewedResults, TRACKS};
+use crate::review::ReviewedResults;
 use crate::run::PROVENANCE;
+use crate::run_files::{MOTION, STRAIN, TRACKS};
 use crate::table;
 use crate::view::corrections;
-
-const STRAIN: &str = "strain.parquet";
-const MOTION: &str = "motion.parquet";
 
 /// The recordings that a run tracked, with where it found the bodies.
 pub(super) fn of_results(arguments: &cli::View) -> Result<Collection, Error> {
@@ -30,7 +28,7 @@ pub(super) fn of_results(arguments: &cli::View) -> Result<Collection, Error> {
     let half_px = [half("half_width_px"), half("half_height_px")];
     let camera = provenance.get("experiment").and_then(|experiment| experiment.get("camera"));
     let rate_hz = camera.and_then(|camera| camera.get("rate_hz")).and_then(toml::Value::as_float);
-    let mut options = arguments.reading.options(arguments.rate_hz.or(rate_hz));
+    let mut options = arguments.reading.options(arguments.frame_rate.rate_hz.or(rate_hz));
     let raw = camera.and_then(|camera| camera.get("raw")).and_then(toml::Value::as_str);
     options.raw = options.raw.or(raw.and_then(|raw| raw.parse().ok()));
     let reviewed = ReviewedResults::read(results)?;
@@ -95,11 +93,11 @@ fn wave(results: &Path) -> Result<Option<ShownWave>, Error> {
 }
 
 /// Values over time, a row for each gap or body.
-type Rows = Vec<Vec<Option<f64>>>;
+type RowsOverTime = Vec<Vec<Option<f64>>>;
 
 /// The instants of a table, in their order, and for each number of a column its row of values over them; both tables of a run have the
 /// same instants.
-fn rows(table: &Table, number: &str, value: &str) -> Result<(Vec<f64>, Rows), Error> {
+fn rows(table: &Table, number: &str, value: &str) -> Result<(Vec<f64>, RowsOverTime), Error> {
     let (times_s, numbers, values) =
         (table.full_numbers("t_s")?, table.counts(number)?, table.numbers(value)?);
     let mut instants = times_s.clone();

@@ -94,13 +94,13 @@ mod tests {
 
     #[test]
     fn a_softening_law_holds_what_it_is_asked_or_is_refused() {
-        let law = || PowerLaw::new(60.1, 2.27e-3, 0.114).unwrap();
-        let found = precompressed_m(&chain(law().into(), FarEnd::Fixed), 3.0).unwrap();
+        let law = PowerLaw::ELLIPTICAL_RING;
+        let found = precompressed_m(&chain(law.into(), FarEnd::Fixed), 3.0).unwrap();
         let overlap_m = found[2];
-        let exact_m = ((3.0 + 60.1 * 2.27e-3_f64.powf(0.114)) / 60.1).powf(0.114_f64.recip()) - 2.27e-3;
+        let exact_m = ((3.0 + law.f_0_n()) / law.a).powf(law.p.recip()) - law.delta_0_m;
         // The force bends by 1e-16 of itself, of which the exponent makes nine times as much.
         assert!((overlap_m / exact_m - 1.0).abs() < 1e-12, "{overlap_m} {exact_m}");
-        let said = precompressed_m(&chain(law().into(), FarEnd::Fixed), 1e4).unwrap_err().to_string();
+        let said = precompressed_m(&chain(law.into(), FarEnd::Fixed), 1e4).unwrap_err().to_string();
         assert!(said.contains("precompression_n") && said.contains("never reaches"), "{said}");
     }
 }

@@ -57,9 +57,9 @@ mod tests {
             for k in 0..=500 {
                 let t_s = 1e-4 * f64::from(k);
                 // The spline's bound above, and as much again at the ramp's end, where the third derivative jumps.
-                assert!((motion.at(t_s).0 - shaker.at(t_s)).abs() < 1e-9, "{t_s}");
+                assert!((motion.displacement_m(t_s) - shaker.at(t_s)).abs() < 1e-9, "{t_s}");
             }
-            assert!(motion.at(0.0).0.abs() < 1e-15);
+            assert!(motion.displacement_m(0.0).abs() < 1e-15);
         }
     }
 }

@@ -4,7 +4,7 @@ use std::num::NonZero;
 use std::ops::Range;
 
 use chainwave_analysis::probability::student;
-use chainwave_camera::histogram;
+use chainwave_camera::{Saturation, histogram};
 use chainwave_correlation::{Method, ReferenceFrames, propose_markers};
 use chainwave_measurement::{Estimate, Lost, Position, Recording, Region, Subset, median};
 
@@ -150,7 +150,9 @@ fn clipped(
 ) -> Result<Option<String>, Error> {
     let info = recording.info();
     let counted = histogram(recording, LIT_FRAMES)?;
-    let Some((saturation, n_saturated)) = counted.saturation() else { return Ok(None) };
+    let Some(Saturation { count: saturation, n_pixels: n_saturated }) = counted.saturation() else {
+        return Ok(None);
+    };
     if subsets.is_empty() {
         let share = n_saturated as f64 / counted.total().max(1) as f64;
         return Ok((share > CLIPPED_SHARE).then(|| is_clipped(share, "the frame", saturation)));

@@ -1,7 +1,7 @@
 //! Quintic Hermite interpolant of one gap's overlap within a step.
 
 use crate::equations::{model::ChainModel, state::ChainState};
-use crate::integrator::step::Step;
+use crate::integrator::step::TimeStep;
 
 /// The overlap of a gap within a step: the quintic that has its value and its first two derivatives at both ends, so to sixth
 /// order in the step.
@@ -13,15 +13,15 @@ pub(crate) struct GapInterpolant {
 }
 
 /// A value with its first two derivatives by the part of the step.
-type End = [f64; 3];
+type ValueAndDerivatives = [f64; 3];
 
 /// Corrections of a turn's place by Newton's method; at a turn the overlap changes with the square of what is left.
 const CORRECTIONS: u32 = 5;
 
 impl GapInterpolant {
     /// Between the states at the ends of a step.
-    pub(crate) fn of_gap(model: &ChainModel<'_>, ends: [&ChainState; 2], step: Step, gap: usize) -> Self {
-        let Step { time_s, h_s } = step;
+    pub(crate) fn of_gap(model: &ChainModel<'_>, ends: [&ChainState; 2], step: TimeStep, gap: usize) -> Self {
+        let TimeStep { time_s, h_s } = step;
         let by_forces = model.closing_m_per_s2(ends, gap);
         let driven = [time_s, time_s + h_s].map(|time_s| model.driven_m_per_s2(time_s, gap));
         let bends_m_per_s2 = [0, 1].map(|end| by_forces[end] + driven[end]);
@@ -33,7 +33,11 @@ impl GapInterpolant {
         Self::between(before, after, h_s)
     }
 
-    fn between([start, v_0, a_0]: End, [end, v_1, a_1]: End, h_s: f64) -> Self {
+    fn between(
+        [start, v_0, a_0]: ValueAndDerivatives,
+        [end, v_1, a_1]: ValueAndDerivatives,
+        h_s: f64,
+    ) -> Self {
         let change = end - start;
         let cube = 10.0 * change - 6.0 * v_0 - 4.0 * v_1 - 1.5 * a_0 + 0.5 * a_1;
         let fourth = -15.0 * change + 8.0 * v_0 + 7.0 * v_1 + 1.5 * a_0 - a_1;

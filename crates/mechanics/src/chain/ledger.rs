@@ -3,9 +3,12 @@
 use pulp::{Simd, WithSimd};
 
 use super::gap_interpolant::GapInterpolant;
-use crate::equations::{model::ChainModel, state::ChainState};
+use crate::equations::{
+    model::ChainModel,
+    state::{ChainState, Reach},
+};
 use crate::{
-    integrator::step::Step,
+    integrator::step::TimeStep,
     lanes::{self, PADDING, PartialSums, columns::Columns, row::AlignedRow},
 };
 
@@ -62,14 +65,14 @@ impl Ledger {
         ledger
     }
 
-    /// Books a step; returns the largest displacement (metres) and velocity (metres per second) at its end.
+    /// Books a step; returns the reach of all masses at its end.
     pub(crate) fn book_gaps(
         &mut self,
         model: &ChainModel<'_>,
         from: &ChainState,
         to: &ChainState,
-        step: Step,
-    ) -> (f64, f64) {
+        step: TimeStep,
+    ) -> Reach {
         let reach = chainwave_vectors::dispatch(BookGaps { ledger: self, from, to, step });
         if !self.may_peak.is_empty() {
             self.book_peaks(model, [from, to], step);
@@ -119,7 +122,7 @@ impl Ledger {
 
     /// Looks for peaks between the ends of a step.
     #[cold]
-    fn book_peaks(&mut self, model: &ChainModel<'_>, ends: [&ChainState; 2], step: Step) {
+    fn book_peaks(&mut self, model: &ChainModel<'_>, ends: [&ChainState; 2], step: TimeStep) {
         while let Some(first) = self.may_peak.pop() {
             for gap in first..(first + PADDING).min(model.n_masses()) {
                 if self.may_peak(ends, step.h_s, gap) {
@@ -136,7 +139,7 @@ impl Ledger {
         rate * rate_after < 0.0 && (reach_m > self.most_m[gap] || reach_m < self.least_m[gap])
     }
 
-    fn book_peak(&mut self, model: &ChainModel<'_>, ends: [&ChainState; 2], step: Step, gap: usize) {
+    fn book_peak(&mut self, model: &ChainModel<'_>, ends: [&ChainState; 2], step: TimeStep, gap: usize) {
         let course = GapInterpolant::of_gap(model, ends, step, gap);
         let part = course.turn();
         let peak_m = course.overlap_m(part);
@@ -152,15 +155,15 @@ struct BookGaps<'a> {
     ledger: &'a mut Ledger,
     from: &'a ChainState,
     to: &'a ChainState,
-    step: Step,
+    step: TimeStep,
 }
 
 impl WithSimd for BookGaps<'_> {
-    type Output = (f64, f64);
+    type Output = Reach;
 
     /// Ends of the step for all gaps, and which of them want a look in between.
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> (f64, f64) {
+    fn with_simd<S: Simd>(self, simd: S) -> Reach {
         let Self { ledger, from, to, step } = self;
         let n = to.active;
         let h = simd.splat_f64s(step.h_s);
@@ -216,7 +219,7 @@ impl WithSimd for BookGaps<'_> {
             },
         );
         ledger.tension_events += simd.reduce_sum_f64s(passes) as u64;
-        (simd.reduce_max_f64s(x), simd.reduce_max_f64s(v))
+        Reach { x_m: simd.reduce_max_f64s(x), v_m_per_s: simd.reduce_max_f64s(v) }
     }
 }
 

@@ -5,7 +5,7 @@ use ndarray::Array2;
 
 use super::{record::Record, simulation::StrikerMotion};
 use crate::equations::{
-    row::{End, Row},
+    row::{MassRow, RowEnd},
     state::ChainState,
 };
 
@@ -27,13 +27,13 @@ pub(crate) struct Recorder {
 const TOGETHER: usize = 32;
 
 impl Recorder {
-    pub(crate) fn new(n_bodies: usize, times_s: Vec<f64>, keep_every: usize, row: &Row<'_>) -> Self {
+    pub(crate) fn new(n_bodies: usize, times_s: Vec<f64>, keep_every: usize, row: &MassRow<'_>) -> Self {
         let shape = (n_bodies, times_s.len());
         let at_rest = || StrikerMotion {
             displacement_m: vec![0.0; times_s.len()],
             velocity_m_per_s: vec![0.0; times_s.len()],
         };
-        let strikers = End::BOTH.map(|end| row.striker(end).map(|_| at_rest()));
+        let strikers = RowEnd::BOTH.map(|end| row.striker(end).map(|_| at_rest()));
         let (displacement_m, velocity_m_per_s) = (Array2::zeros(shape), Array2::zeros(shape));
         let trajectory = Trajectory { times_s, displacement_m, velocity_m_per_s };
         Self {

@@ -8,7 +8,7 @@ use super::{
     run::{Run, RunRequest, RunState},
     step_size::Pace,
 };
-use crate::equations::{parameters::Chain, row::Row, state::ChainState};
+use crate::equations::{parameters::Chain, row::MassRow, state::ChainState};
 use crate::error::MechanicsError;
 
 /// The motion of all masses from one output to another.
@@ -22,7 +22,7 @@ pub struct Stretch {
 
 /// A motion on its way from output to output, the same to the last bit as when it was solved first.
 pub struct Replay<'a> {
-    run: Run<'a, Steps>,
+    run: Run<'a, RecordedSteps>,
     at: RunState,
     /// Steps between outputs, and how long one is.
     n_between: usize,
@@ -33,20 +33,20 @@ pub struct Replay<'a> {
 }
 
 /// States one behind the other.
-struct Steps {
+struct RecordedSteps {
     n_masses: usize,
     x_m: Vec<f64>,
     v_m_per_s: Vec<f64>,
 }
 
-impl Record for Steps {
+impl Record for RecordedSteps {
     fn record(&mut self, _: usize, state: &ChainState) {
         self.x_m.extend_from_slice(&state.x_m[..self.n_masses]);
         self.v_m_per_s.extend_from_slice(&state.v_m_per_s[..self.n_masses]);
     }
 }
 
-impl Steps {
+impl RecordedSteps {
     /// The first so many states, the masses of each side by side; the last of them stays, and those behind it.
     fn take(&mut self, n: usize) -> [Array2<f64>; 2] {
         let Self { n_masses, x_m, v_m_per_s } = self;
@@ -62,8 +62,8 @@ impl Steps {
 impl<'a> Replay<'a> {
     /// From t = 0, of a chain that was integrated by an order.
     pub(super) fn of(chain: &'a Chain, order: RunRequest, n_outputs: usize) -> Result<Self, MechanicsError> {
-        let n_masses = Row::of(chain).n_masses();
-        let steps = Steps { n_masses, x_m: Vec::new(), v_m_per_s: Vec::new() };
+        let n_masses = MassRow::of(chain).n_masses();
+        let steps = RecordedSteps { n_masses, x_m: Vec::new(), v_m_per_s: Vec::new() };
         let (run, at) = Run::begin(chain, &Pace::new(chain), order, steps)?;
         let (n_between, interval_s) = (order.keep_every, order.output_interval_s);
         Ok(Self { run, at, n_between, interval_s, n_outputs, output: 0 })
@@ -100,7 +100,7 @@ mod tests {
             damping_kg_per_s: vec![0.003; n_bodies],
             ground_stiffness_n_per_m: Vec::new(),
             ground_law: None,
-            contact: PowerLaw::new(60.1, 2.27e-3, 0.114).unwrap().into(),
+            contact: PowerLaw::ELLIPTICAL_RING.into(),
             drive: Drive::Striker(striker),
             far_end: FarEnd::Free,
         }

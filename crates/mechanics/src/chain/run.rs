@@ -7,8 +7,8 @@ use super::{
 use crate::equations::{
     model::ChainModel,
     parameters::Chain,
-    row::{End, Row},
-    state::ChainState,
+    row::{MassRow, RowEnd},
+    state::{ChainState, Reach},
 };
 use crate::{
     check,
@@ -16,7 +16,7 @@ use crate::{
     integrator::{
         method::Method,
         rung::Rung,
-        step::{LocalError, Step},
+        step::{LocalError, TimeStep},
     },
 };
 
@@ -89,7 +89,7 @@ impl<'a> Run<'a, Recorder> {
     ) -> Result<Self, MechanicsError> {
         let kept = (0..order.n_outputs).step_by(order.keep_every);
         let times_s: Vec<f64> = kept.map(|k| k as f64 * order.output_interval_s).collect();
-        let recorder = Recorder::new(chain.n_bodies(), times_s, order.keep_every, &Row::of(chain));
+        let recorder = Recorder::new(chain.n_bodies(), times_s, order.keep_every, &MassRow::of(chain));
         let (mut run, mut at) = Self::begin(chain, pace, order, recorder)?;
         run.go_on(&mut at, order.n_outputs - 1)?;
         if let Some((gap, end_m)) = pace.fallen_off(&run.ledger) {
@@ -183,7 +183,7 @@ impl<'a, R: Record> Run<'a, R> {
             let (h_s, cut) = self.step(time_s, target_s, &at.state, &mut at.ahead)?;
             let reached = cut.is_none() && time_s + h_s * (1.0 + 1e-5) >= target_s;
             let end_s = if reached { target_s } else { time_s + h_s };
-            let reach = self.ledger.book_gaps(&self.model, &at.state, &at.ahead, Step { time_s, h_s });
+            let reach = self.ledger.book_gaps(&self.model, &at.state, &at.ahead, TimeStep { time_s, h_s });
             self.control.reach(self.model.reach_of_bodies(&at.ahead, reach));
             while at.next_output < self.order.n_outputs && self.time_of(at.next_output) <= end_s {
                 let output_s = self.time_of(at.next_output);
@@ -191,7 +191,7 @@ impl<'a, R: Record> Run<'a, R> {
                 if (reached && output_s >= target_s) || !self.control.passes_outputs {
                     self.output(at.next_output, &at.ahead)?;
                 } else {
-                    let step = Step { time_s, h_s };
+                    let step = TimeStep { time_s, h_s };
                     let fraction = (output_s - time_s) / h_s;
                     let ends = [&at.state, &at.ahead];
                     self.rung.interpolate(&self.model, ends, step, fraction, &mut at.between);
@@ -229,11 +229,11 @@ impl<'a, R: Record> Run<'a, R> {
         target_s: f64,
         state: &ChainState,
         ahead: &mut ChainState,
-    ) -> Result<(f64, Option<End>), MechanicsError> {
+    ) -> Result<(f64, Option<RowEnd>), MechanicsError> {
         let before = self.rung.evaluations();
         let mut h_s = self.control.step_s(target_s - time_s);
         loop {
-            self.rung.advance(&self.model, state, Step { time_s, h_s }, ahead);
+            self.rung.advance(&self.model, state, TimeStep { time_s, h_s }, ahead);
             let Some(shorter_s) = self.control.judge(self.rung.local_error(), h_s) else { break };
             if shorter_s < self.control.least_s {
                 if self.model.gap_jumps(state, ahead) {
@@ -245,7 +245,7 @@ impl<'a, R: Record> Run<'a, R> {
             }
             h_s = shorter_s;
         }
-        let cut = cut_at_switch(&mut self.rung, &self.model, state, Step { time_s, h_s }, ahead);
+        let cut = cut_at_switch(&mut self.rung, &self.model, state, TimeStep { time_s, h_s }, ahead);
         self.steps += 1;
         self.force_evaluations += (self.rung.evaluations() - before) * state.active as u64;
         Ok(cut.map_or((h_s, None), |(part_s, end)| (part_s, Some(end))))
@@ -254,7 +254,7 @@ impl<'a, R: Record> Run<'a, R> {
     fn switch(
         &mut self,
         state: &mut ChainState,
-        end: End,
+        end: RowEnd,
         time_s: f64,
         in_a_row: u32,
     ) -> Result<(), MechanicsError> {
@@ -349,7 +349,7 @@ impl Control {
         state: &ChainState,
     ) -> Result<Self, MechanicsError> {
         let omega_rad_per_s = pace.omega_at_rest();
-        let (x_m, v_m_per_s) = model.first_reach(state);
+        let Reach { x_m, v_m_per_s } = model.first_reach(state);
         let duration_s = order.output_interval_s * (order.n_outputs - 1) as f64;
         let scale_s = if omega_rad_per_s > 0.0 { omega_rad_per_s.recip() } else { duration_s };
         let mut control = Self {
@@ -449,11 +449,11 @@ impl Control {
         of_size(error.x_m, self.x_m).max(of_size(error.v_m_per_s, tolerance.omega_rad_per_s * self.x_m))
     }
 
-    /// Takes in the largest displacement and velocity of a state.
-    fn reach(&mut self, (x_m, v_m_per_s): (f64, f64)) {
-        self.x_m = self.x_m.max(x_m);
-        self.reached_m = self.reached_m.max(x_m);
-        self.v_m_per_s = self.v_m_per_s.max(v_m_per_s);
+    /// Takes in a state's reach.
+    fn reach(&mut self, of_state: Reach) {
+        self.x_m = self.x_m.max(of_state.x_m);
+        self.reached_m = self.reached_m.max(of_state.x_m);
+        self.v_m_per_s = self.v_m_per_s.max(of_state.v_m_per_s);
     }
 
     /// Sum of the steps' errors over the largest displacement that bodies reached, which may stay below the scale that the steps were

@@ -16,7 +16,7 @@ use super::{
     step_size::Pace,
     tangent::Tangent,
 };
-use crate::equations::{model::ChainModel, parameters::Chain, row::End};
+use crate::equations::{model::ChainModel, parameters::Chain, row::RowEnd};
 use crate::{check, error::MechanicsError, integrator::method::Method};
 
 /// A motion, and its derivatives by changes of the chain.
@@ -189,7 +189,7 @@ pub struct Variations<'a> {
     tangent: Tangent<'a>,
     /// Derivatives that are sought.
     n: usize,
-    switches: Peekable<IntoIter<(f64, End)>>,
+    switches: Peekable<IntoIter<(f64, RowEnd)>>,
     /// Where they stand.
     output: usize,
 }
@@ -246,10 +246,10 @@ fn finite(found: Vec<Trajectory>) -> Result<Vec<Trajectory>, MechanicsError> {
 }
 
 /// When the strikers' contacts switched, and whose, in their order.
-fn switches_of(simulation: &Simulation) -> Vec<(f64, End)> {
-    let near = simulation.contact_switch_times_s.iter().map(|time_s| (*time_s, End::Near));
-    let far = simulation.far_contact_switch_times_s.iter().map(|time_s| (*time_s, End::Far));
-    let mut switches: Vec<(f64, End)> = near.chain(far).collect();
+fn switches_of(simulation: &Simulation) -> Vec<(f64, RowEnd)> {
+    let near = simulation.contact_switch_times_s.iter().map(|time_s| (*time_s, RowEnd::Near));
+    let far = simulation.far_contact_switch_times_s.iter().map(|time_s| (*time_s, RowEnd::Far));
+    let mut switches: Vec<(f64, RowEnd)> = near.chain(far).collect();
     switches.sort_by(|one, other| one.0.total_cmp(&other.0));
     switches
 }

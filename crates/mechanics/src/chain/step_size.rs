@@ -4,7 +4,7 @@ use super::ledger::Ledger;
 use crate::equations::{
     ground::Ground,
     parameters::Chain,
-    row::{End, Row},
+    row::{MassRow, RowEnd},
 };
 use crate::{
     contact::{contacts::Contact, tension::Tension},
@@ -15,7 +15,7 @@ use crate::{
 /// How fast a chain can oscillate and decay, which bounds the time step.
 #[derive(Debug, Clone)]
 pub(crate) struct Pace<'a> {
-    row: Row<'a>,
+    row: MassRow<'a>,
     /// The row's inverse masses; zero where the motion is imposed.
     inverse_mass_per_kg: Vec<f64>,
     /// The largest stiffness of what holds the row's masses to ground.
@@ -26,7 +26,7 @@ pub(crate) struct Pace<'a> {
 
 impl<'a> Pace<'a> {
     pub(crate) fn new(chain: &'a Chain) -> Self {
-        let row = Row::of(chain);
+        let row = MassRow::of(chain);
         let inverse = |m: f64| if m > 0.0 { m.recip() } else { 0.0 };
         let inverse_mass_per_kg = row.masses_kg().into_iter().map(inverse).collect();
         let ground = Ground::of(chain, &row);
@@ -35,7 +35,7 @@ impl<'a> Pace<'a> {
         let mut pace = Self { row, inverse_mass_per_kg, ground_n_per_m, decay_per_s: 0.0 };
         let ground = row.ground_kg_per_s();
         let dashpot = |gap: usize| {
-            let end = End::BOTH.into_iter().find(|end| row.struck_gap(*end) == Some(gap));
+            let end = RowEnd::BOTH.into_iter().find(|end| row.struck_gap(*end) == Some(gap));
             let striker = end.and_then(|end| row.striker(end));
             striker.map_or_else(|| row.contact(gap).damping_kg_per_s, |striker| striker.damping_kg_per_s)
         };
@@ -101,7 +101,7 @@ impl<'a> Pace<'a> {
     /// Smallest and largest overlap of a gap, in metres; a striker that has left does not count.
     fn range_m(&self, ledger: &Ledger, gap: usize) -> [f64; 2] {
         let [least_m, most_m] = ledger.range_m(gap);
-        let is_struck = End::BOTH.into_iter().any(|end| self.row.struck_gap(end) == Some(gap));
+        let is_struck = RowEnd::BOTH.into_iter().any(|end| self.row.struck_gap(end) == Some(gap));
         [if is_struck { least_m.max(0.0) } else { least_m }, most_m]
     }
 

@@ -1,10 +1,10 @@
 //! Event location: the instant at which a striker's contact opens or closes within a step.
 
 use super::gap_interpolant::GapInterpolant;
-use crate::equations::{model::ChainModel, row::End, state::ChainState};
+use crate::equations::{model::ChainModel, row::RowEnd, state::ChainState};
 use crate::{
-    contact::striker::StrikerContact,
-    integrator::{rung::Rung, step::Step},
+    contact::striker::{GapState, StrikerContact},
+    integrator::{rung::Rung, step::TimeStep},
 };
 
 /// Part of the step within which a switch is located.
@@ -23,16 +23,16 @@ pub(crate) fn cut_at_switch(
     rung: &mut Rung,
     model: &ChainModel<'_>,
     from: &ChainState,
-    step: Step,
+    step: TimeStep,
     ahead: &mut ChainState,
-) -> Option<(f64, End)> {
-    let suspects = End::BOTH.map(|end| {
+) -> Option<(f64, RowEnd)> {
+    let suspects = RowEnd::BOTH.map(|end| {
         let contact = HeldContact { model, contact: model.strikers[end.index()].as_ref()?, end };
         Some((contact, contact.first_contradiction(from, step, ahead)?))
     });
-    let mut found: Option<(f64, End)> = None;
+    let mut found: Option<(f64, RowEnd)> = None;
     for (held, end_s) in suspects.into_iter().flatten() {
-        let mut search = Search { rung: &mut *rung, held, from, step, ahead: &mut *ahead };
+        let mut search = SwitchSearch { rung: &mut *rung, held, from, step, ahead: &mut *ahead };
         let part_s = search.first_switch(end_s);
         found = [found, part_s.map(|part_s| (part_s, held.end))]
             .into_iter()
@@ -41,7 +41,7 @@ pub(crate) fn cut_at_switch(
     }
     if suspects.iter().all(Option::is_some) {
         let part_s = found.map_or(step.h_s, |(part_s, _)| part_s);
-        rung.advance(model, from, Step { h_s: part_s, ..step }, ahead);
+        rung.advance(model, from, TimeStep { h_s: part_s, ..step }, ahead);
     }
     found
 }
@@ -51,19 +51,19 @@ pub(crate) fn cut_at_switch(
 struct HeldContact<'a> {
     model: &'a ChainModel<'a>,
     contact: &'a StrikerContact,
-    end: End,
+    end: RowEnd,
 }
 
 /// Trials of the step with several lengths.
-struct Search<'a> {
+struct SwitchSearch<'a> {
     rung: &'a mut Rung,
     held: HeldContact<'a>,
     from: &'a ChainState,
-    step: Step,
+    step: TimeStep,
     ahead: &'a mut ChainState,
 }
 
-impl Search<'_> {
+impl SwitchSearch<'_> {
     /// The part of the step at which the contact switches, where a look at its course saw it switched after `end_s`.
     fn first_switch(&mut self, mut end_s: f64) -> Option<f64> {
         if end_s < self.step.h_s && self.excess_n(end_s) <= 0.0 {
@@ -78,7 +78,7 @@ impl Search<'_> {
 
     /// By how much the contact contradicts its own condition `part_s` after the start, in newtons.
     fn excess_n(&mut self, part_s: f64) -> f64 {
-        self.rung.advance(self.held.model, self.from, Step { h_s: part_s, ..self.step }, self.ahead);
+        self.rung.advance(self.held.model, self.from, TimeStep { h_s: part_s, ..self.step }, self.ahead);
         self.held.excess_n(self.ahead)
     }
 
@@ -121,7 +121,7 @@ impl HeldContact<'_> {
     /// Positive where the contact, as it is held, contradicts its own condition, in newtons.
     fn excess_n(&self, state: &ChainState) -> f64 {
         let gap = self.contact.gap;
-        let margin_n = self.contact.margin_n(state.overlap_m(gap), state.closing_m_per_s(gap));
+        let margin_n = self.contact.margin_n(state.gap(gap));
         if state.touching[self.end.index()] { -margin_n } else { margin_n }
     }
 
@@ -129,27 +129,25 @@ impl HeldContact<'_> {
     ///
     /// A touch may begin and end within one step, and a parting too. So unless the contact stays far from a switch, the overlap's
     /// course between the ends is looked at, in several places and where it came nearest to a switch between them.
-    fn first_contradiction(&self, from: &ChainState, step: Step, ahead: &ChainState) -> Option<f64> {
+    fn first_contradiction(&self, from: &ChainState, step: TimeStep, ahead: &ChainState) -> Option<f64> {
         let Self { model, contact, end } = *self;
-        let Step { h_s, .. } = step;
+        let TimeStep { h_s, .. } = step;
         let touching = from.touching[end.index()];
-        let ends =
-            [from, ahead].map(|state| (state.overlap_m(contact.gap), state.closing_m_per_s(contact.gap)));
+        let ends = [from, ahead].map(|state| state.gap(contact.gap));
         if contact.stays(touching, ends, h_s) {
             return None;
         }
         let course = GapInterpolant::of_gap(model, [from, ahead], step, contact.gap);
-        let at = |part: f64| (course.overlap_m(part), course.rate_m_per_s(part));
-        let switched = |part: f64| {
-            let (overlap_m, closing_m_per_s) = at(part);
-            contact.must_switch(touching, overlap_m, closing_m_per_s)
+        let at = |part: f64| GapState {
+            overlap_m: course.overlap_m(part),
+            closing_m_per_s: course.rate_m_per_s(part),
         };
+        let switched = |part: f64| contact.must_switch(touching, at(part));
         let places = (1..LOOKS).map(|i| f64::from(i) / f64::from(LOOKS));
         if let Some(part) = places.clone().find(|part| switched(*part)) {
             return Some(part * h_s);
         }
-        let (overlap_m, closing_m_per_s) = ends[1];
-        if contact.must_switch(touching, overlap_m, closing_m_per_s) {
+        if contact.must_switch(touching, ends[1]) {
             return Some(h_s);
         }
         let distance = |part: f64| contact.distance_n(touching, at(part));

@@ -7,7 +7,7 @@ use pulp::{Simd, WithSimd};
 
 use super::change::DerivativeRequest;
 use super::front::MARGIN;
-use crate::equations::{model::ChainModel, parameters::Chain, row::End};
+use crate::equations::{model::ChainModel, parameters::Chain, row::RowEnd};
 use crate::lanes::{self};
 use along::{Along, Closing, Coefficients};
 
@@ -118,7 +118,7 @@ impl<'a> Tangent<'a> {
     ///
     /// It opens where its force has come to zero, and nothing jumps. Where it closes its force sets in at once, at an instant that moves by
     /// -(s_i - s_j) over the rate of closing of its two masses; the sooner, the longer it acts.
-    pub(crate) fn switch(&mut self, motion: &Trajectory, end: End, time_s: f64) {
+    pub(crate) fn switch(&mut self, motion: &Trajectory, end: RowEnd, time_s: f64) {
         self.end_s = None;
         let Some(Closing { gap, push_n, closing_m_per_s }) = self.along.switch(motion, end, time_s) else {
             return;

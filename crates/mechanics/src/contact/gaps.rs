@@ -328,7 +328,7 @@ mod tests {
     /// idle gap holds, it disturbs none of the others.
     #[test]
     fn rows_of_one_law_follow_it_beyond_its_tables() {
-        let law = PowerLaw::new(60.1, 2.27e-3, 0.114).unwrap();
+        let law = PowerLaw::ELLIPTICAL_RING;
         let contact = Contact::from(Law::Power(law));
         let spring = contact.spring();
         for n_vectors in [1, 2, 3, 8, 9] {

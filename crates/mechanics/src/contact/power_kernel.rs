@@ -175,7 +175,7 @@ mod tests {
     fn force_and_energy_keep_their_digits_over_24_decades() {
         let mut n_rows = 0;
         for [p, overlap_m, force_n, energy_j] in rows() {
-            let law = PowerLaw::new(60.1, 2.27e-3, p).unwrap();
+            let law = PowerLaw { p, ..PowerLaw::ELLIPTICAL_RING };
             let kernel = PowerKernel::new(&law, Tension::Tangent { limit: -1.0 + 5e-13 });
             let (force, energy) = kernel.force_and_energy(overlap_m);
             assert!(
@@ -194,7 +194,7 @@ mod tests {
     #[test]
     fn stiffness_follows_from_the_force() {
         for tension in [Tension::default(), Tension::Detach] {
-            let law = PowerLaw::new(60.1, 2.27e-3, 0.114).unwrap();
+            let law = PowerLaw::ELLIPTICAL_RING;
             let kernel = PowerKernel::new(&law, tension);
             for overlap_m in [-3e-3, -2.2e-3, -2e-3, -1e-6, 0.0, 1e-12, 1e-3, 1e-2] {
                 let found = kernel.stiffness_n_per_m(overlap_m, kernel.force_n(overlap_m));
@@ -222,7 +222,7 @@ mod tests {
             }
         }
         for (p, tension) in [(0.114, Tension::default()), (1.5, Tension::Detach), (3.0, Tension::default())] {
-            let kernel = PowerKernel::new(&PowerLaw::new(60.1, 2.27e-3, p).unwrap(), tension);
+            let kernel = PowerKernel::new(&PowerLaw { p, ..PowerLaw::ELLIPTICAL_RING }, tension);
             let plain = Sweep(&kernel).with_simd(pulp::Scalar);
             assert_eq!(chainwave_vectors::dispatch(Sweep(&kernel)), plain);
             #[cfg(target_arch = "x86_64")]
@@ -235,7 +235,7 @@ mod tests {
     #[test]
     fn a_contact_that_detaches_carries_nothing_once_it_is_open() {
         for p in [0.01, 0.114, 1.5] {
-            let law = PowerLaw::new(60.1, 2.27e-3, p).unwrap();
+            let law = PowerLaw { p, ..PowerLaw::ELLIPTICAL_RING };
             let kernel = PowerKernel::new(&law, Tension::Detach);
             for overlap_m in [-2.27e-3, -2.3e-3, -1.0] {
                 let (force, energy) = kernel.force_and_energy(overlap_m);

@@ -245,7 +245,7 @@ mod tests {
     }
 
     fn table(p: f64, tension: Tension) -> PowerTable {
-        PowerTable::new(&PowerLaw::new(60.1, 2.27e-3, p).unwrap(), tension)
+        PowerTable::new(&PowerLaw { p, ..PowerLaw::ELLIPTICAL_RING }, tension)
     }
 
     /// Against 50 digits; the bound is the project's target.

@@ -297,7 +297,7 @@ mod tests {
 
     #[test]
     fn the_curve_approaches_the_law_that_it_samples() {
-        let law = PowerLaw::new(60.1, 2.27e-3, 0.114).unwrap();
+        let law = PowerLaw::ELLIPTICAL_RING;
         let error = |n: usize| {
             let table = samples_of(&law, n);
             let overlaps = (1..70).map(|i| 1e-4 * f64::from(i));
@@ -367,7 +367,7 @@ mod tests {
         );
         assert_eq!(table.barriers_m(0.0, 3e-3).count(), 0);
         assert!(table.pulls_in_compression());
-        assert!(!samples_of(&PowerLaw::new(60.1, 2.27e-3, 0.114).unwrap(), 20).pulls_in_compression());
+        assert!(!samples_of(&PowerLaw::ELLIPTICAL_RING, 20).pulls_in_compression());
     }
 
     #[test]

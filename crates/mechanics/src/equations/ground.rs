@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use pulp::Simd;
 
-use super::{parameters::Chain, parameters::Drive, row::Row, state::row_length};
+use super::{parameters::Chain, parameters::Drive, row::MassRow, state::row_length};
 use crate::{contact::table::TableLaw, lanes::row::AlignedRow};
 
 /// What holds the masses of the row to ground; strikers, and a body that is moved as given, are not held.
@@ -25,7 +25,7 @@ struct Curve {
 
 impl Ground {
     /// That of a chain; none where nothing holds it.
-    pub(crate) fn of(chain: &Chain, row: &Row<'_>) -> Option<Self> {
+    pub(crate) fn of(chain: &Chain, row: &MassRow<'_>) -> Option<Self> {
         let springs = row.ground_n_per_m();
         let curve = chain.ground_law.clone().map(|law| Curve::new(law, chain, row));
         if springs.is_none() && curve.is_none() {
@@ -90,7 +90,7 @@ impl Ground {
 }
 
 impl Curve {
-    fn new(law: TableLaw, chain: &Chain, row: &Row<'_>) -> Self {
+    fn new(law: TableLaw, chain: &Chain, row: &MassRow<'_>) -> Self {
         let first = row.first_body() + usize::from(matches!(chain.drive, Drive::Imposed(_)));
         let masses = first..row.first_body() + chain.n_bodies();
         Self { masses, steepest_n_per_m: law.steepest_n_per_m(), law }

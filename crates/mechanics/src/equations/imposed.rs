@@ -39,9 +39,18 @@ impl ImposedMotion {
         Ok(Self { times_s, displacement_m, acceleration_m_per_s2 })
     }
 
-    /// Displacement in metres and velocity in metres per second at a time in seconds; beyond the samples, the cubic of
-    /// the nearest interval goes on.
-    pub fn at(&self, time_s: f64) -> (f64, f64) {
+    /// Displacement in metres at a time in seconds; beyond the samples, the cubic of the nearest interval goes on.
+    pub fn displacement_m(&self, time_s: f64) -> f64 {
+        self.at(time_s).0
+    }
+
+    /// Velocity in metres per second, likewise.
+    pub fn velocity_m_per_s(&self, time_s: f64) -> f64 {
+        self.at(time_s).1
+    }
+
+    /// Displacement in metres and velocity in metres per second.
+    pub(crate) fn at(&self, time_s: f64) -> (f64, f64) {
         let last = self.times_s.len() - 2;
         let i = samples_until(&self.times_s, time_s).saturating_sub(1).min(last);
         let h = self.times_s[i + 1] - self.times_s[i];
@@ -70,7 +79,7 @@ impl ImposedMotion {
 
     /// Largest size of the velocity at the samples, in metres per second.
     pub(crate) fn largest_velocity_m_per_s(&self) -> f64 {
-        self.times_s.iter().map(|&time_s| self.at(time_s).1.abs()).fold(0.0, f64::max)
+        self.times_s.iter().map(|&time_s| self.velocity_m_per_s(time_s).abs()).fold(0.0, f64::max)
     }
 
     /// Requires samples from t = 0 to `duration_s`.
@@ -151,7 +160,7 @@ mod tests {
             let motion = ImposedMotion::from_samples(times_s, x_m).unwrap();
             (0..1000)
                 .map(|i| i as f64 / 1000.0)
-                .map(|t| (motion.at(t).0 - (5.0 * t).sin()).abs())
+                .map(|t| (motion.displacement_m(t) - (5.0 * t).sin()).abs())
                 .fold(0.0, f64::max)
         };
         let order = (error(40) / error(80)).log2();

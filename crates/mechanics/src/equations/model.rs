@@ -9,8 +9,8 @@ use super::{
     ground::Ground,
     imposed::ImposedMotion,
     parameters::{Chain, Drive},
-    row::{End, Row},
-    state::{ChainState, Touching, row_length},
+    row::{MassRow, RowEnd},
+    state::{ChainState, Reach, Touching, row_length},
 };
 use crate::{
     contact::{
@@ -28,7 +28,7 @@ use crate::{
 #[derive(Debug)]
 pub(crate) struct ChainModel<'a> {
     pub(crate) gaps: Gaps,
-    row: Row<'a>,
+    row: MassRow<'a>,
     /// That of all gaps, where they are the same.
     same_spring: Option<Spring>,
     /// Zero where the motion is imposed, so that the mass neither accelerates nor counts as energy.
@@ -47,14 +47,14 @@ pub(crate) struct ChainModel<'a> {
 
 impl<'a> ChainModel<'a> {
     pub(crate) fn new(chain: &'a Chain) -> Self {
-        let row = Row::of(chain);
+        let row = MassRow::of(chain);
         let n_masses = row.n_masses();
         let mass_kg = row.masses_kg();
         let aligned = |values: Vec<f64>| AlignedRow::padded(values, row_length(n_masses));
         let inverse_masses = mass_kg.iter().map(|&m| if m > 0.0 { m.recip() } else { 0.0 });
         let inverse_mass_per_kg = aligned(inverse_masses.collect());
         let damping_kg_per_s = aligned(row.ground_kg_per_s());
-        let struck = |end: End| {
+        let struck = |end: RowEnd| {
             let (gap, striker) = row.struck_gap(end).zip(row.striker(end))?;
             Some(StrikerContact::new(gap, row.contact(gap), striker.damping_kg_per_s))
         };
@@ -66,7 +66,7 @@ impl<'a> ChainModel<'a> {
             mass_kg: aligned(mass_kg),
             damping_kg_per_s,
             ground: Ground::of(chain, &row),
-            strikers: End::BOTH.map(struck),
+            strikers: RowEnd::BOTH.map(struck),
             n_masses,
             row,
             imposed: match &chain.drive {
@@ -173,12 +173,12 @@ impl<'a> ChainModel<'a> {
 
     #[inline(always)]
     fn idle(&self, touching: Touching) -> Idle {
-        let open = |end: End| {
+        let open = |end: RowEnd| {
             let contact = self.strikers[end.index()].as_ref();
             contact.filter(|_| !touching[end.index()]).map(|contact| contact.gap)
         };
         let beyond = (!self.has_wall()).then_some(self.n_masses - 1);
-        [open(End::Near), open(End::Far), beyond]
+        [open(RowEnd::Near), open(RowEnd::Far), beyond]
     }
 
     /// The contacts of strikers that touch.
@@ -288,14 +288,15 @@ impl<'a> ChainModel<'a> {
         (force_n.net_n(mass) - drag_n) * self.inverse_mass_per_kg[mass]
     }
 
-    /// Largest displacement (metres) and velocity (metres per second) of the bodies, and of strikers while they touch, where those of all
-    /// masses are `of_all`: what flies freely is no measure of the motion.
-    pub(crate) fn reach_of_bodies(&self, state: &ChainState, of_all: (f64, f64)) -> (f64, f64) {
-        let flies = |end: &End| !state.touching[end.index()];
-        let flying = End::BOTH.into_iter().filter(flies).filter_map(|end| self.struck_by(end));
+    /// That of the bodies, and of strikers while they touch, where that of all masses is `of_all`: what flies freely is no measure of the
+    /// motion.
+    pub(crate) fn reach_of_bodies(&self, state: &ChainState, of_all: Reach) -> Reach {
+        let flies = |end: &RowEnd| !state.touching[end.index()];
+        let flying = RowEnd::BOTH.into_iter().filter(flies).filter_map(|end| self.struck_by(end));
         let flying: Vec<usize> = flying.map(|[striker, _]| striker).collect();
-        let leads =
-            |mass: &usize| state.x_m[*mass].abs() >= of_all.0 || state.v_m_per_s[*mass].abs() >= of_all.1;
+        let leads = |mass: &usize| {
+            state.x_m[*mass].abs() >= of_all.x_m || state.v_m_per_s[*mass].abs() >= of_all.v_m_per_s
+        };
         if !flying.iter().any(leads) {
             return of_all;
         }
@@ -303,13 +304,14 @@ impl<'a> ChainModel<'a> {
             let others = row.iter().enumerate().filter(|(mass, _)| !flying.contains(mass));
             others.fold(0.0_f64, |largest, (_, value)| largest.max(value.abs()))
         };
-        (largest(&state.x_m), largest(&state.v_m_per_s))
+        Reach { x_m: largest(&state.x_m), v_m_per_s: largest(&state.v_m_per_s) }
     }
 
     /// A scale of the motion to come at t = 0: the largest displacement and velocity of a body, or that which one takes from a striker in
     /// an elastic blow.
-    pub(crate) fn first_reach(&self, state: &ChainState) -> (f64, f64) {
-        let strikers: Vec<[usize; 2]> = End::BOTH.into_iter().filter_map(|end| self.struck_by(end)).collect();
+    pub(crate) fn first_reach(&self, state: &ChainState) -> Reach {
+        let strikers: Vec<[usize; 2]> =
+            RowEnd::BOTH.into_iter().filter_map(|end| self.struck_by(end)).collect();
         let largest = |row: &[f64]| {
             let bodies = row.iter().enumerate().filter(|(mass, _)| strikers.iter().all(|[s, _]| s != mass));
             bodies.fold(0.0_f64, |largest, (_, value)| largest.max(value.abs()))
@@ -318,15 +320,16 @@ impl<'a> ChainModel<'a> {
             let [striker_kg, body_kg] = [striker, body].map(|mass| self.mass_kg[*mass]);
             (2.0 * striker_kg / (striker_kg + body_kg)).min(1.0) * state.v_m_per_s[*striker].abs()
         });
-        (largest(&state.x_m), given_m_per_s.fold(largest(&state.v_m_per_s), f64::max))
+        let v_m_per_s = given_m_per_s.fold(largest(&state.v_m_per_s), f64::max);
+        Reach { x_m: largest(&state.x_m), v_m_per_s }
     }
 
     /// The masses of the row that are an end's striker and the body that it strikes, where there is a striker.
-    fn struck_by(&self, end: End) -> Option<[usize; 2]> {
+    fn struck_by(&self, end: RowEnd) -> Option<[usize; 2]> {
         let gap = self.strikers[end.index()].as_ref()?.gap;
         Some(match end {
-            End::Near => [gap, gap + 1],
-            End::Far => [gap + 1, gap],
+            RowEnd::Near => [gap, gap + 1],
+            RowEnd::Far => [gap + 1, gap],
         })
     }
 
@@ -434,7 +437,7 @@ impl<'a> ChainModel<'a> {
 
     /// Opens or closes the contact of an end's striker. What its spring holds at that instant leaves with the dashpot that is let go,
     /// or comes back with it; without damping that is zero.
-    pub(crate) fn switch_contact(&self, state: &mut ChainState, end: End) {
+    pub(crate) fn switch_contact(&self, state: &mut ChainState, end: RowEnd) {
         let Some(contact) = &self.strikers[end.index()] else { return };
         let stored_j = contact.energy_j(state.overlap_m(contact.gap));
         let touching = &mut state.touching[end.index()];
@@ -465,9 +468,9 @@ impl ChainState {
 }
 
 /// The contacts behind each mass of the row and its padding; strikers' dashpots are not among them, nor one behind a free end.
-fn row_of_gaps(row: &Row<'_>) -> Gaps {
+fn row_of_gaps(row: &MassRow<'_>) -> Gaps {
     let undamped = |gap: usize| Contact { damping_kg_per_s: 0.0, ..row.contact(gap).clone() };
-    let [near, far] = End::BOTH.map(|end| row.struck_gap(end));
+    let [near, far] = RowEnd::BOTH.map(|end| row.struck_gap(end));
     let of_strikers = [near, far].map(|gap| gap.map(undamped));
     let last = undamped(row.n_masses());
     let contacts: Vec<&Contact> = (0..padded(row.n_masses()))

@@ -5,14 +5,14 @@ use crate::contact::contacts::{Contact, Contacts};
 
 /// An end of the row at which a striker may stand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum End {
+pub(crate) enum RowEnd {
     /// In front of body 1.
     Near,
     /// Behind the last body.
     Far,
 }
 
-impl End {
+impl RowEnd {
     pub(crate) const BOTH: [Self; 2] = [Self::Near, Self::Far];
 
     /// The end's place in a pair.
@@ -27,13 +27,13 @@ impl End {
 /// Which mass of the row is what, and what lies between them. Gap `i` of the row lies behind mass `i`; the last one leads to the
 /// wall, or to nothing.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Row<'a> {
+pub(crate) struct MassRow<'a> {
     chain: &'a Chain,
     striker: Option<&'a Striker>,
     far_striker: Option<&'a FarStriker>,
 }
 
-impl<'a> Row<'a> {
+impl<'a> MassRow<'a> {
     pub(crate) fn of(chain: &'a Chain) -> Self {
         let striker = match &chain.drive {
             Drive::Striker(striker) => Some(striker),
@@ -62,25 +62,25 @@ impl<'a> Row<'a> {
     }
 
     /// The gap between an end's striker and the body it strikes, where there is a striker.
-    pub(crate) fn struck_gap(&self, end: End) -> Option<usize> {
+    pub(crate) fn struck_gap(&self, end: RowEnd) -> Option<usize> {
         match end {
-            End::Near => self.striker.map(|_| 0),
-            End::Far => self.far_striker.map(|_| self.n_masses() - 2),
+            RowEnd::Near => self.striker.map(|_| 0),
+            RowEnd::Far => self.far_striker.map(|_| self.n_masses() - 2),
         }
     }
 
     /// The striker of an end: its mass, speed and dashpot.
-    pub(crate) fn striker(&self, end: End) -> Option<&'a Striker> {
+    pub(crate) fn striker(&self, end: RowEnd) -> Option<&'a Striker> {
         match end {
-            End::Near => self.striker,
-            End::Far => self.far_striker.map(|far| &far.striker),
+            RowEnd::Near => self.striker,
+            RowEnd::Far => self.far_striker.map(|far| &far.striker),
         }
     }
 
     /// What lies behind a mass of the row.
     pub(crate) fn contact(&self, gap: usize) -> &'a Contact {
         let contacts = &self.chain.contact;
-        if self.struck_gap(End::Far) == Some(gap) {
+        if self.struck_gap(RowEnd::Far) == Some(gap) {
             let own = self.far_striker.and_then(|far| far.contact.as_ref());
             return own.unwrap_or_else(|| contacts.of_gap(gap - self.first_body()));
         }

@@ -1,5 +1,6 @@
 //! Positions and velocities of all masses at one time.
 
+use crate::contact::striker::GapState;
 use crate::lanes::{PADDING, padded, row::AlignedRow};
 
 /// Where the masses are, how fast they move, and what has gone in or out.
@@ -15,6 +16,13 @@ pub(crate) struct ChainState {
     pub(crate) touching: Touching,
     /// Masses that are integrated, a multiple of the vectors' length; those beyond rest.
     pub(crate) active: usize,
+}
+
+/// How far masses are displaced and how fast they move, at most.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Reach {
+    pub(crate) x_m: f64,
+    pub(crate) v_m_per_s: f64,
 }
 
 /// Whether the contacts of the strikers in front and at the far end are closed.
@@ -40,5 +48,10 @@ impl ChainState {
     /// Rate at which that overlap grows, in metres per second.
     pub(crate) fn closing_m_per_s(&self, gap: usize) -> f64 {
         self.v_m_per_s[gap] - self.v_m_per_s[gap + 1]
+    }
+
+    /// Both.
+    pub(crate) fn gap(&self, gap: usize) -> GapState {
+        GapState { overlap_m: self.overlap_m(gap), closing_m_per_s: self.closing_m_per_s(gap) }
     }
 }

@@ -4,7 +4,7 @@ use pulp::Simd;
 
 use super::{
     rows::StageRates,
-    step::{Integrator, LocalError, Step},
+    step::{Integrator, LocalError, TimeStep},
 };
 use crate::equations::{
     force_row::ForceRow,
@@ -98,10 +98,10 @@ impl Implicit {
         simd: S,
         model: &ChainModel<'_>,
         from: &ChainState,
-        step: Step,
+        step: TimeStep,
         i: usize,
     ) -> bool {
-        let Step { time_s, h_s } = step;
+        let TimeStep { time_s, h_s } = step;
         let active = from.active;
         self.velocity.combine(simd, &from.x_m, h_s, BEFORE[i], &mut self.known_x_m[..active]);
         self.acceleration.combine(simd, &from.v_m_per_s, h_s, BEFORE[i], &mut self.known_v_m_per_s[..active]);
@@ -225,10 +225,10 @@ impl Integrator for Implicit {
         simd: S,
         model: &ChainModel<'_>,
         from: &ChainState,
-        step: Step,
+        step: TimeStep,
         to: &mut ChainState,
     ) {
-        let Step { time_s, h_s } = step;
+        let TimeStep { time_s, h_s } = step;
         let active = from.active;
         self.system.factor(model, active, DIAGONAL * h_s);
         let mut solved = true;

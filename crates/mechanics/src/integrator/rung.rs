@@ -6,7 +6,7 @@ use super::{
     implicit::Implicit,
     method::Method,
     runge_kutta::{self, RungeKutta},
-    step::{Integrator, LocalError, Step},
+    step::{Integrator, LocalError, TimeStep},
     symplectic::{self, Symplectic},
     tableau,
 };
@@ -43,7 +43,7 @@ impl Rung {
         &mut self,
         model: &ChainModel<'_>,
         from: &ChainState,
-        step: Step,
+        step: TimeStep,
         to: &mut ChainState,
     ) {
         to.touching = from.touching;
@@ -72,7 +72,7 @@ impl Rung {
         &mut self,
         model: &ChainModel<'_>,
         ends: [&ChainState; 2],
-        step: Step,
+        step: TimeStep,
         fraction: f64,
         at: &mut ChainState,
     ) {
@@ -107,7 +107,7 @@ struct Advance<'a> {
     rung: &'a mut Rung,
     model: &'a ChainModel<'a>,
     from: &'a ChainState,
-    step: Step,
+    step: TimeStep,
     to: &'a mut ChainState,
 }
 

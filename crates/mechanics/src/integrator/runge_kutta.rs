@@ -4,7 +4,7 @@ use pulp::{Simd, WithSimd};
 
 use super::{
     rows::StageRates,
-    step::{Integrator, LocalError, Step},
+    step::{Integrator, LocalError, TimeStep},
     tableau::{Extra, Tableau},
 };
 use crate::{
@@ -136,10 +136,10 @@ impl Integrator for RungeKutta {
         simd: S,
         model: &ChainModel<'_>,
         from: &ChainState,
-        step: Step,
+        step: TimeStep,
         to: &mut ChainState,
     ) {
-        let Step { time_s, h_s } = step;
+        let TimeStep { time_s, h_s } = step;
         let tableau = self.tableau;
         for (i, (node, terms)) in tableau.nodes.iter().zip(tableau.stages).enumerate() {
             let time_s = time_s + node * h_s;
@@ -169,7 +169,7 @@ pub(super) struct Interpolate<'a> {
     pub(super) rung: &'a mut RungeKutta,
     pub(super) model: &'a ChainModel<'a>,
     pub(super) ends: [&'a ChainState; 2],
-    pub(super) step: Step,
+    pub(super) step: TimeStep,
     pub(super) fraction: f64,
     pub(super) at: &'a mut ChainState,
 }
@@ -179,7 +179,7 @@ impl WithSimd for Interpolate<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { rung, model, ends: [from, to], step: Step { time_s, h_s }, fraction, at } = self;
+        let Self { rung, model, ends: [from, to], step: TimeStep { time_s, h_s }, fraction, at } = self;
         let Some(extra) = rung.tableau.extra else { return };
         if !rung.dense {
             for (i, (node, terms)) in extra.nodes.iter().zip(extra.stages).enumerate() {

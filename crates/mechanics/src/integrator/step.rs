@@ -18,7 +18,7 @@ pub(crate) trait Integrator {
         simd: S,
         model: &ChainModel<'_>,
         from: &ChainState,
-        step: Step,
+        step: TimeStep,
         to: &mut ChainState,
     );
 
@@ -31,7 +31,7 @@ pub(crate) trait Integrator {
 
 /// Start and length of a step in seconds.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Step {
+pub(crate) struct TimeStep {
     pub(crate) time_s: f64,
     pub(crate) h_s: f64,
 }

@@ -4,7 +4,7 @@ use pulp::Simd;
 
 use super::{
     kick::Kick,
-    step::{Integrator, LocalError, Step},
+    step::{Integrator, LocalError, TimeStep},
 };
 use crate::{
     equations::{force_row::ForceRow, model::ChainModel, state::ChainState},
@@ -159,10 +159,10 @@ impl Integrator for Symplectic {
         simd: S,
         model: &ChainModel<'_>,
         from: &ChainState,
-        step: Step,
+        step: TimeStep,
         to: &mut ChainState,
     ) {
-        let Step { time_s, h_s } = step;
+        let TimeStep { time_s, h_s } = step;
         to.lost_j = from.lost_j;
         // The first drift and the first kick take over what they start from.
         let (mut x_m, mut v_m_per_s) = (Some(&*from.x_m), Some(&*from.v_m_per_s));

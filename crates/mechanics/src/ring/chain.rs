@@ -73,7 +73,7 @@ impl RingChain {
         match &self.drive {
             RingDrive::Striker(striker) => striker.check(),
             RingDrive::Imposed(motion) => {
-                let start_m = motion.at(0.0).0;
+                let start_m = motion.displacement_m(0.0);
                 check::require(
                     start_m.abs() <= LARGEST_START * motion.largest_displacement_m(),
                     "displacement of the imposed motion at t = 0",

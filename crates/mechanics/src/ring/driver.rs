@@ -9,7 +9,7 @@ use crate::equations::imposed::ImposedMotion;
 /// What moves the first joint, in the kernel's units.
 #[derive(Debug)]
 pub(crate) struct Driver<'a> {
-    kind: Kind<'a>,
+    kind: DriverKind<'a>,
     keep: f64,
     gain: f64,
     /// Energy that the striker's damper took, less what an imposed motion put in.
@@ -19,7 +19,7 @@ pub(crate) struct Driver<'a> {
 }
 
 #[derive(Debug)]
-enum Kind<'a> {
+enum DriverKind<'a> {
     Striker(HalfStriker),
     /// Counted from where the motion is at t = 0.
     Imposed {
@@ -73,7 +73,7 @@ impl<'a> Driver<'a> {
     pub(crate) fn new(chain: &'a RingChain, units: Units) -> Option<Self> {
         let Units { length_m, element_kg, dt_s, keep, gain } = units;
         let kind = match &chain.drive {
-            RingDrive::Striker(striker) => Kind::Striker(HalfStriker {
+            RingDrive::Striker(striker) => DriverKind::Striker(HalfStriker {
                 place: 0.0,
                 velocity: striker.velocity_m_per_s * dt_s / length_m,
                 inverse_mass: 2.0 * element_kg / striker.mass_kg,
@@ -81,7 +81,9 @@ impl<'a> Driver<'a> {
                 damping: 0.5 * striker.damping_kg_per_s * dt_s / element_kg,
                 touching: true,
             }),
-            RingDrive::Imposed(motion) => Kind::Imposed { motion, start_m: motion.at(0.0).0, dt_s, length_m },
+            RingDrive::Imposed(motion) => {
+                DriverKind::Imposed { motion, start_m: motion.displacement_m(0.0), dt_s, length_m }
+            }
             RingDrive::Free { .. } => return None,
         };
         Some(Self { kind, keep, gain, lost: 0.0, switches: 0 })
@@ -93,7 +95,7 @@ impl<'a> Driver<'a> {
             (joints.places[0], joints.velocities[0], joints.inverse_masses[0]);
         let mut start_velocity = 0.0;
         let (mut kick, lost) = match &mut self.kind {
-            Kind::Striker(striker) => {
+            DriverKind::Striker(striker) => {
                 let was_touching = striker.touching;
                 // The chain is at rest at t = 0, so the first kick is that of half a step.
                 let share = if step == 0 { 0.5 } else { 1.0 };
@@ -102,10 +104,10 @@ impl<'a> Driver<'a> {
                 self.switches += u32::from(striker.touching != was_touching);
                 kicked
             }
-            Kind::Imposed { motion, start_m, dt_s, length_m } => {
-                let moved_m = motion.at((step + 1) as f64 * *dt_s).0 - *start_m;
+            DriverKind::Imposed { motion, start_m, dt_s, length_m } => {
+                let moved_m = motion.displacement_m((step + 1) as f64 * *dt_s) - *start_m;
                 let velocity_after = moved_m / *length_m - place;
-                start_velocity = motion.at(0.0).1 * *dt_s / *length_m;
+                start_velocity = motion.velocity_m_per_s(0.0) * *dt_s / *length_m;
                 // The ring's force on the joint does work against the drive.
                 let lost = force / self.gain * 0.5 * (velocity + velocity_after);
                 (

@@ -11,7 +11,7 @@ use super::{
     record::BlockRecord,
     release::Release,
     schedule::RingSchedule,
-    span::{Progress, Span, Stretch},
+    span::{Progress, Span, StepPlan},
 };
 use crate::{equations::parameters::FarEnd, error::MechanicsError};
 
@@ -86,7 +86,7 @@ impl<'a> RingRun<'a> {
         let end = (self.clock.n_outputs as u64 - 1) * self.clock.steps_per_output + 1;
         let (mut alone, mut next_alone) = (0_u32, SHARES_ALONE);
         for start in (0..end).step_by(STEPS_PER_SHARE as usize) {
-            let stretch = Stretch {
+            let stretch = StepPlan {
                 steps: start..(start + STEPS_PER_SHARE).min(end),
                 steps_per_output: self.clock.steps_per_output,
                 steps_per_peak: (PEAK_INTERVAL_S / self.clock.dt_s).max(1.0) as u64,
@@ -146,7 +146,7 @@ impl<'a> RingRun<'a> {
 }
 
 /// Runs each span on a thread of its own, the first on this one. A panic of any ends the others at their next exchange and goes on here.
-fn run_in_parallel(spans: Vec<Span<'_, '_>>, machine: &BlockStepper, stretch: &Stretch) -> Vec<Progress> {
+fn run_in_parallel(spans: Vec<Span<'_, '_>>, machine: &BlockStepper, stretch: &StepPlan) -> Vec<Progress> {
     let outcomes: std::thread::Result<Vec<Progress>> = std::thread::scope(|scope| {
         let mut spans = spans.into_iter();
         let first = spans.next();

@@ -19,13 +19,13 @@ const LINEAR: f64 = 1e-9;
 pub(crate) struct Release<'a> {
     displacement_m: &'a [f64],
     velocity_m_per_s: &'a [f64],
-    rings: Vec<Released>,
+    rings: Vec<ReleasedRing>,
 }
 
 /// A ring in the equilibrium of its overlap: displacements against its right joint, their rates, and the force that its upper
 /// half pushes its joints apart with.
 #[derive(Debug)]
-struct Released {
+struct ReleasedRing {
     displacement_m: DVector<f64>,
     velocity_m_per_s: DVector<f64>,
     push_n: f64,
@@ -38,7 +38,7 @@ impl<'a> Release<'a> {
         velocity_m_per_s: &'a [f64],
     ) -> Result<Self, MechanicsError> {
         let joints = displacement_m.windows(2).zip(velocity_m_per_s.windows(2));
-        let rings = joints.map(|(x_m, v)| Released::new(rod, x_m[0] - x_m[1], v[0] - v[1]));
+        let rings = joints.map(|(x_m, v)| ReleasedRing::new(rod, x_m[0] - x_m[1], v[0] - v[1]));
         Ok(Self { displacement_m, velocity_m_per_s, rings: rings.collect::<Result<_, _>>()? })
     }
 
@@ -77,7 +77,7 @@ impl<'a> Release<'a> {
     }
 }
 
-impl Released {
+impl ReleasedRing {
     fn new(rod: &Rod, overlap_m: f64, closing_m_per_s: f64) -> Result<Self, MechanicsError> {
         let mut displacement_m = rod.zeros();
         let half_m = rod.arc_m * rod.n_elements() as f64;

@@ -21,7 +21,7 @@ pub(crate) struct Span<'s, 'a> {
 
 /// Steps to take, and what is decided in them.
 #[derive(Debug, Clone)]
-pub(crate) struct Stretch {
+pub(crate) struct StepPlan {
     pub(crate) steps: std::ops::Range<u64>,
     pub(crate) steps_per_output: u64,
     /// Steps between which the energies' peaks are looked for.
@@ -41,7 +41,7 @@ pub(crate) struct Progress {
 
 impl Span<'_, '_> {
     /// Takes the steps, or those until a neighbour left in a panic.
-    pub(crate) fn run(mut self, machine: &BlockStepper, stretch: &Stretch) -> Progress {
+    pub(crate) fn run(mut self, machine: &BlockStepper, stretch: &StepPlan) -> Progress {
         let mut presence = Presence { links: [self.left, self.right], has_finished: false };
         let mut scratch = machine.scratch();
         let mut block_steps = 0;

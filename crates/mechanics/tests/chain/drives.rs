@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use chainwave_mechanics::{Chain, Drive, ImposedMotion, Method, PowerLaw, Schedule, simulate};
 
-use crate::scenes::{MASS_KG, STRIKER_KG, hec_chain, ring_law, rk4_energy_loss, run, striker};
+use crate::scenes::{MASS_KG, STRIKER_KG, hec_chain, rk4_energy_loss, run, striker};
 
 /// A striker and one body with a linear contact: Delta = v / omega sin(omega t) until t = pi / omega, then free flight
 /// with the velocities of an elastic impact.
@@ -66,7 +66,7 @@ fn the_imposed_first_body_moves_the_others_as_the_striker_did() {
     let difference = (&imposed.trajectory.displacement_m - &truth.trajectory.displacement_m)
         .fold(0.0_f64, |largest, d| largest.max(d.abs()));
     // The spline errs by up to 5 / 384 h^4 |x|, with h = 0.02 ms and |x| <= v omega^3 for the fastest oscillation.
-    let omega_rad_per_s = 2.0 * (ring_law().k_0_n_per_m() / MASS_KG).sqrt();
+    let omega_rad_per_s = 2.0 * (PowerLaw::ELLIPTICAL_RING.k_0_n_per_m() / MASS_KG).sqrt();
     assert!(difference < 5.0 / 384.0 * 2e-5_f64.powi(4) * 2.73 * omega_rad_per_s.powi(3), "{difference:e}");
     // The work of the drive is booked: energy balances although body 1 is not free.
     assert!(imposed.energy_drift < rk4_energy_loss(0.02, 5e-6), "{:e}", imposed.energy_drift);

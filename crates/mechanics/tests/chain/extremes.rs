@@ -5,7 +5,7 @@ use chainwave_mechanics::{
     TableLaw, Tension, simulate,
 };
 
-use crate::scenes::{hec_chain, ring_law, run, striker};
+use crate::scenes::{hec_chain, run, striker};
 
 fn automatic(chain: &Chain, duration_s: f64) -> Result<chainwave_mechanics::Simulation, MechanicsError> {
     simulate(chain, &Schedule::automatic(duration_s, 1e-4))
@@ -62,7 +62,7 @@ fn any_law_ends_finite_and_keeps_the_energy() {
 fn steps_beyond_stability_are_refused() {
     let chain = hec_chain(26, 0.0, striker(2.73, 0.0));
     // omega_max = 2 sqrt(k_0 / m) = 3641 rad/s, so the bound is 0.777 ms.
-    let limit_s = 2.828 / (2.0 * (ring_law().k_0_n_per_m() / 0.455e-3).sqrt());
+    let limit_s = 2.828 / (2.0 * (PowerLaw::ELLIPTICAL_RING.k_0_n_per_m() / 0.455e-3).sqrt());
     let at = |dt_s: f64| simulate(&chain, &Schedule::with_steps(0.02, 0.01, Method::Rk4, dt_s));
     let Err(MechanicsError::StepTooLarge { limit_s: found_s, .. }) = at(1.01 * limit_s) else {
         panic!("expected a refusal");
@@ -90,7 +90,10 @@ fn input_without_meaning_is_refused_by_name() {
     assert!(refusal(|c| c.mass_kg.clear()).starts_with("number of bodies: expected at least 1"));
     assert!(refusal(|c| c.damping_kg_per_s[2] = -1.0).starts_with("damping_kg_per_s of body 3"));
     assert!(refusal(|c| c.damping_kg_per_s.truncate(1)).contains("expected 3 entries, found 1"));
-    assert!(refusal(|c| c.contact = PowerLaw { p: -0.1, ..ring_law() }.into()).starts_with("contact p"));
+    assert!(
+        refusal(|c| c.contact = PowerLaw { p: -0.1, ..PowerLaw::ELLIPTICAL_RING }.into())
+            .starts_with("contact p")
+    );
     assert!(refusal(|c| c.drive = striker(-1.0, 0.0)).starts_with("striker velocity_m_per_s"));
     assert!(refusal(|c| c.drive = striker(f64::NAN, 0.0)).starts_with("striker velocity_m_per_s"));
     let short = |c: &mut Chain| {

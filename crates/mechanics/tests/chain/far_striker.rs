@@ -257,9 +257,9 @@ fn a_far_striker_at_rest_is_pushed_away() {
 }
 
 /// A number of the far striker that a test changes.
-type Number = fn(&mut FarStriker, f64);
+type FarStrikerSetter = fn(&mut FarStriker, f64);
 
-const NUMBERS: [(&str, Number, f64); 5] = [
+const NUMBERS: [(&str, FarStrikerSetter, f64); 5] = [
     ("m", |far, value| far.striker.mass_kg = value, STRIKER_KG),
     ("v", |far, value| far.striker.velocity_m_per_s = value, 1.3),
     ("c_s", |far, value| far.striker.damping_kg_per_s = value, 0.2),
@@ -269,14 +269,14 @@ const NUMBERS: [(&str, Number, f64); 5] = [
 
 #[test]
 fn sensitivities_are_the_differences_of_simulations() {
-    let with = |number: Number, value: f64| {
+    let with = |number: FarStrikerSetter, value: f64| {
         let mut chain = struck_twice(6, 0.003, [striker(2.73, 0.2), striker(1.3, 0.2)], 1e-3);
         let FarEnd::Struck(far) = &mut chain.far_end else { panic!("expected a far striker") };
         far.contact = Some(Law::Linear(LinearLaw { k_n_per_m: 3e3 }).into());
         number(far, value);
         chain
     };
-    let change = |number: Number, value: f64, part: f64| Change {
+    let change = |number: FarStrikerSetter, value: f64, part: f64| Change {
         below: with(number, value * (1.0 - part)),
         above: with(number, value * (1.0 + part)),
         width: 2.0 * part * value,

@@ -8,7 +8,7 @@ use chainwave_mechanics::{
 };
 use ndarray::Axis;
 
-use crate::scenes::{MASS_KG, hec_chain, relative_error, ring_law, striker};
+use crate::scenes::{MASS_KG, hec_chain, relative_error, striker};
 
 fn with_steps(chain: &Chain, duration_s: f64, method: Method, dt_s: f64) -> Simulation {
     let schedule = Schedule::with_steps(duration_s, 1e-3, method, dt_s);
@@ -50,7 +50,7 @@ fn every_rung_meets_a_solution_of_24_digits() {
     assert!(error(&finest) < finest.steps as f64 * 2.0 * f64::EPSILON, "{:e}", error(&finest));
     assert!(error(&simulate(&chain, &Schedule::automatic(0.002, 1e-3)).unwrap()) < Schedule::ACCURACY);
     // A velocity in mm/s errs by more than a displacement in metres, by the fastest oscillation over 1000 rad/s.
-    let omega_ms = 2e-3 * (ring_law().k_0_n_per_m() / MASS_KG).sqrt();
+    let omega_ms = 2e-3 * (PowerLaw::ELLIPTICAL_RING.k_0_n_per_m() / MASS_KG).sqrt();
     for method in Method::LADDER {
         let accuracy = if method == Method::SymplecticEuler { 1e-3 } else { 1e-6 };
         let found = to_accuracy(&chain, 0.002, method, accuracy);
@@ -267,7 +267,7 @@ fn a_linear_law_that_detaches_is_none_that_holds() {
 /// kappa = pi/2 the light bodies move alone, every other one against the rest, with omega^2 = 2 k / m.
 #[test]
 fn alternating_chains_have_their_optical_band() {
-    let (k, heavy) = (ring_law().k_0_n_per_m(), 3.0 * MASS_KG);
+    let (k, heavy) = (PowerLaw::ELLIPTICAL_RING.k_0_n_per_m(), 3.0 * MASS_KG);
     let masses: Vec<f64> = (0..12).map(|i| if i % 2 == 0 { MASS_KG } else { heavy }).collect();
     let pattern = [1.0, 0.0, -1.0, 0.0];
     let drive = Drive::Free {
@@ -285,7 +285,7 @@ fn alternating_chains_have_their_optical_band() {
 /// Gaps of every kind of law in one chain; the same chain with all laws given as the power law's own table agrees.
 #[test]
 fn laws_may_differ_from_gap_to_gap() {
-    let law = ring_law();
+    let law = PowerLaw::ELLIPTICAL_RING;
     let overlaps: Vec<f64> = (-200..2000).map(|i| 1e-5 * f64::from(i)).collect();
     let forces: Vec<f64> = overlaps.iter().map(|&x| law.force_n(x)).collect();
     let table = Contact::from(Law::Table(TableLaw::new(&overlaps, &forces).unwrap()));

@@ -6,11 +6,6 @@ pub(crate) use crate::paper::{MASS_KG, STRIKER_KG};
 
 pub(crate) const PITCH_M: f64 = 0.030;
 
-pub(crate) fn ring_law() -> PowerLaw {
-    let (a, delta_0_m, p) = crate::paper::RING_LAW;
-    PowerLaw::new(a, delta_0_m, p).unwrap()
-}
-
 /// Striker of the experiment with contact damping c_s.
 pub(crate) fn striker(velocity_m_per_s: f64, damping_kg_per_s: f64) -> Drive {
     Drive::Striker(Striker { mass_kg: STRIKER_KG, velocity_m_per_s, damping_kg_per_s })
@@ -23,7 +18,7 @@ pub(crate) fn hec_chain(n: usize, damping_kg_per_s: f64, drive: Drive) -> Chain 
         damping_kg_per_s: vec![damping_kg_per_s; n],
         ground_stiffness_n_per_m: Vec::new(),
         ground_law: None,
-        contact: ring_law().into(),
+        contact: PowerLaw::ELLIPTICAL_RING.into(),
         drive,
         far_end: FarEnd::Free,
     }
@@ -37,7 +32,7 @@ pub(crate) fn run(chain: &Chain, duration_s: f64, dt_s: f64) -> Simulation {
 /// What RK4 takes at most of the energy: (omega dt)^6 / 72 in each step, all of it held by the fastest oscillation, omega =
 /// 2 sqrt(k_0 / m) (the amplification factor's size is 1 - (omega dt)^6 / 144).
 pub(crate) fn rk4_energy_loss(duration_s: f64, dt_s: f64) -> f64 {
-    let omega_rad_per_s = 2.0 * (ring_law().k_0_n_per_m() / MASS_KG).sqrt();
+    let omega_rad_per_s = 2.0 * (PowerLaw::ELLIPTICAL_RING.k_0_n_per_m() / MASS_KG).sqrt();
     duration_s / dt_s * (omega_rad_per_s * dt_s).powi(6) / 72.0
 }
 

@@ -12,7 +12,7 @@ use ndarray::{Array2, Axis};
 use crate::scenes::{MASS_KG, STRIKER_KG, hec_chain, striker};
 
 /// A number of a chain that a test changes.
-type Number = fn(&mut Chain, f64);
+type ChainSetter = fn(&mut Chain, f64);
 
 fn damper(chain: &mut Chain, value: f64) {
     chain.damping_kg_per_s.fill(value);
@@ -45,25 +45,25 @@ fn law(chain: &mut Chain, change: impl FnMut(&mut PowerLaw)) {
 }
 
 /// Each number with its value in the experiment's chain.
-const NUMBERS: [(&str, Number, f64); 8] = [
+const NUMBERS: [(&str, ChainSetter, f64); 8] = [
     ("c_d", damper, 0.003),
     ("c_s", c_s, 0.2),
     ("v_s", v_s, 2.73),
     ("m_s", m_s, STRIKER_KG),
     ("m", mass, MASS_KG),
-    ("a", |chain, value| law(chain, |law| law.a = value), 60.1),
-    ("delta_0", |chain, value| law(chain, |law| law.delta_0_m = value), 2.27e-3),
-    ("p", |chain, value| law(chain, |law| law.p = value), 0.114),
+    ("a", |chain, value| law(chain, |law| law.a = value), PowerLaw::ELLIPTICAL_RING.a),
+    ("delta_0", |chain, value| law(chain, |law| law.delta_0_m = value), PowerLaw::ELLIPTICAL_RING.delta_0_m),
+    ("p", |chain, value| law(chain, |law| law.p = value), PowerLaw::ELLIPTICAL_RING.p),
 ];
 
-fn with(chain: &Chain, number: Number, value: f64) -> Chain {
+fn with(chain: &Chain, number: ChainSetter, value: f64) -> Chain {
     let mut chain = chain.clone();
     number(&mut chain, value);
     chain
 }
 
 /// A change of a number about its value, by this part of it.
-fn change(chain: &Chain, number: Number, value: f64, part: f64) -> Change {
+fn change(chain: &Chain, number: ChainSetter, value: f64, part: f64) -> Change {
     let step = part * value;
     let [below, above] = [value - step, value + step].map(|value| with(chain, number, value));
     Change { below, above, width: 2.0 * step }
@@ -75,7 +75,7 @@ fn fine(duration_s: f64, output_interval_s: f64) -> Schedule {
 }
 
 /// Derivative of the displacements by central differences of simulations, of fourth order in the step.
-fn difference(chain: &Chain, schedule: &Schedule, number: Number, value: f64) -> Array2<f64> {
+fn difference(chain: &Chain, schedule: &Schedule, number: ChainSetter, value: f64) -> Array2<f64> {
     let slope = |part: f64| {
         let Change { below, above, width } = change(chain, number, value, part);
         let [low, high] = [below, above].map(|side| simulate(&side, schedule).unwrap().trajectory);
@@ -172,7 +172,7 @@ fn a_striker_that_comes_back_keeps_them_true() {
     let schedule = fine(0.06, 2e-5);
     let switches = simulate(&heavy, &schedule).unwrap().contact_switch_times_s;
     assert!(switches.len() == 3, "{switches:?}");
-    for (number, value) in [(c_s as Number, 0.3), (damper, 0.02), (v_s, 1.0), (m_s, 8e-3)] {
+    for (number, value) in [(c_s as ChainSetter, 0.3), (damper, 0.02), (v_s, 1.0), (m_s, 8e-3)] {
         let asked = [change(&heavy, number, value, 1e-4)];
         let found = simulate_with_sensitivities(&heavy, &schedule, &asked).unwrap();
         let expected = difference(&heavy, &schedule, number, value);
@@ -205,7 +205,9 @@ fn dashpots_that_end_keep_them_true() {
     };
     let integration = Integration::Automatic { accuracy: 1e-9 };
     let schedule = Schedule { integration, ..Schedule::automatic(0.02, 2e-5) };
-    for (name, number, value) in [("c", between as Number, 0.3), ("c_d", damper, 0.01), ("v_0", start, 0.1)] {
+    for (name, number, value) in
+        [("c", between as ChainSetter, 0.3), ("c_d", damper, 0.01), ("v_0", start, 0.1)]
+    {
         let asked = [change(&chain, number, value, 1e-4)];
         let found = simulate_with_sensitivities(&chain, &schedule, &asked).unwrap();
         let expected = difference(&chain, &schedule, number, value);
@@ -278,8 +280,8 @@ fn an_imposed_motion_passes_its_change_on() {
 #[test]
 fn they_may_be_followed_from_output_to_output() {
     let chain = hec_chain(60, 0.003, striker(2.73, 0.2));
-    let of_body_30: Number = |chain, value| chain.mass_kg[29] = value;
-    let of_body_3: Number = |chain, value| chain.mass_kg[2] = value;
+    let of_body_30: ChainSetter = |chain, value| chain.mass_kg[29] = value;
+    let of_body_3: ChainSetter = |chain, value| chain.mass_kg[2] = value;
     // Until shortly before the free end, whose gaps open, answers: differences of simulations see little of a kink.
     let schedule = fine(0.03, 1e-4);
     let alone = [change(&chain, of_body_30, MASS_KG, 1e-4)];
@@ -315,7 +317,7 @@ fn gaps_of_their_own_are_followed() {
     let mut chain = hec_chain(8, 0.003, striker(2.73, 0.2));
     let contact = chain.contact.first().clone();
     chain.contact = Contacts::Each(vec![contact; 7]);
-    let third: Number = |chain, value| {
+    let third: ChainSetter = |chain, value| {
         if let Contacts::Each(contacts) = &mut chain.contact
             && let Law::Power(law) = &mut contacts[2].law
         {
@@ -323,8 +325,13 @@ fn gaps_of_their_own_are_followed() {
         }
     };
     let schedule = fine(0.01, 1e-4);
-    let found = simulate_with_sensitivities(&chain, &schedule, &[change(&chain, third, 60.1, 1e-4)]).unwrap();
-    let expected = difference(&chain, &schedule, third, 60.1);
+    let found = simulate_with_sensitivities(
+        &chain,
+        &schedule,
+        &[change(&chain, third, PowerLaw::ELLIPTICAL_RING.a, 1e-4)],
+    )
+    .unwrap();
+    let expected = difference(&chain, &schedule, third, PowerLaw::ELLIPTICAL_RING.a);
     assert!(differs_by(&found.derivatives[0].displacement_m, &expected) < 5e-7);
 }
 

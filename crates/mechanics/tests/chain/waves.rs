@@ -4,11 +4,11 @@ use std::f64::consts::PI;
 
 use chainwave_mechanics::{Chain, Drive, FarEnd, PowerLaw, Simulation};
 
-use crate::scenes::{MASS_KG, PITCH_M, hec_chain, ring_law, run, striker};
+use crate::scenes::{MASS_KG, PITCH_M, hec_chain, run, striker};
 
 /// A standing wave of amplitude far below delta_0: cos(kappa (n - 1/2)) fits the free end at body 1.
 fn standing_wave(n_bodies: usize, kappa: f64, far_end: FarEnd) -> Chain {
-    let amplitude_m = 1e-13 * ring_law().delta_0_m;
+    let amplitude_m = 1e-13 * PowerLaw::ELLIPTICAL_RING.delta_0_m;
     let shape = |i: usize| amplitude_m * (kappa * (i as f64 + 0.5)).cos();
     let drive = Drive::Free {
         displacement_m: (0..n_bodies).map(shape).collect(),
@@ -25,7 +25,7 @@ fn small_standing_waves_follow_the_dispersion_relation() {
     let fixed = [1, 5, 10, 20].map(|q| (FarEnd::Fixed, PI * (f64::from(q) - 0.5) / (n as f64 + 0.5)));
     for (far_end, kappa) in free.into_iter().chain(fixed) {
         let simulation = run(&standing_wave(n, kappa, far_end), 0.01, 2e-6);
-        let omega = 2.0 * (ring_law().k_0_n_per_m() / MASS_KG).sqrt() * (kappa / 2.0).sin();
+        let omega = 2.0 * (PowerLaw::ELLIPTICAL_RING.k_0_n_per_m() / MASS_KG).sqrt() * (kappa / 2.0).sin();
         let displacement_m = &simulation.trajectory.displacement_m;
         let first_m = displacement_m[[0, 0]];
         for (k, time_s) in simulation.trajectory.times_s.iter().enumerate() {

@@ -90,7 +90,7 @@ fn the_first_joint_starts_as_its_drive_does() {
     assert!(struck.momentum_drift.unwrap() < rounding, "{:?}", struck.momentum_drift);
     let moved = RingChain { drive: ramp(1e-4, 0.0, 6e-3, 20e-3), ..chain(10, 16, 1.0) };
     let RingDrive::Imposed(motion) = &moved.drive else { panic!("expected an imposed motion") };
-    let (_, v_m_per_s) = motion.at(0.0);
+    let v_m_per_s = motion.velocity_m_per_s(0.0);
     let found = run(&moved, &schedule(1e-3)).trajectory.velocity_m_per_s[(0, 0)];
     assert!((found - v_m_per_s).abs() <= 1e-12 * v_m_per_s.abs(), "{found} {v_m_per_s}");
 }

@@ -55,7 +55,7 @@ impl Implicit {
     pub(crate) fn run(&mut self, first: &ImposedMotion, duration_s: f64, n_steps: usize) {
         let dt_s = duration_s / n_steps as f64;
         for step in 1..=n_steps {
-            self.step(dt_s, first.at(step as f64 * dt_s).0);
+            self.step(dt_s, first.displacement_m(step as f64 * dt_s));
         }
     }
 

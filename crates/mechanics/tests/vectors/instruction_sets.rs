@@ -46,7 +46,7 @@ fn digest<'a>(name: &str, values: impl Iterator<Item = &'a f64>) -> String {
 }
 
 fn power() -> Contact {
-    Law::Power(PowerLaw::new(60.1, 2.27e-3, 0.114).unwrap()).into()
+    Law::Power(PowerLaw::ELLIPTICAL_RING).into()
 }
 
 fn struck(n_bodies: usize, contact: Contacts, damping_kg_per_s: f64) -> Chain {

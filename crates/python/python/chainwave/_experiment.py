@@ -181,7 +181,7 @@ class Experiment:
 
     Notes
     -----
-    What was tracked is kept as long as the experiment is: a run after an interrupted one goes on from there.
+    What was tracked is kept as long as the object is: a run after an interrupted one continues from there.
     """
 
     def __init__(
@@ -254,12 +254,12 @@ class Experiment:
     def run_all(self, *, threads: Optional[int] = None, progress: Optional[Progress] = None) -> list[Results]:
         """As :meth:`run`, for each striker velocity, fastest first.
 
-        A velocity that fails is warned of, and the others are there.
+        A velocity that fails causes a warning, and the results of the others are returned.
 
         Raises
         ------
         ChainwaveError
-            None of them could be run.
+            No velocity could be run.
         """
         velocities = self._inner.velocities
         results: list[Results] = []

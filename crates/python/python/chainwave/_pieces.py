@@ -137,7 +137,7 @@ def merge(
     trigger_sigma_s: Optional[float] = None,
     view_trigger_sigma_s: Optional[float] = None,
 ) -> MergedMotion:
-    """Merge trials (and views) to one motion, whoever tracked them.
+    """Merge trials (and views) into one motion, whichever program tracked them.
 
     Each trial's trigger and drive are found from what its bodies do; a trial that contradicts the others is left out.
 
@@ -153,7 +153,7 @@ def merge(
         Scale of tables in pixels, such as :func:`chainwave.track` gives: `x_px` and `sigma_x_px` are then taken for `x_m` and
         `sigma_m` (negative where the chain runs to the left), and `name` for `body`.
     n_bodies : int, optional
-        Bodies in the chain; the largest number that is seen when left out.
+        Bodies in the chain; the largest number in the tracks when left out.
     drive_scatter : float, optional
         Relative standard deviation of the drives, where it is known.
     trigger_sigma_s, view_trigger_sigma_s : float, optional
@@ -262,11 +262,11 @@ def measure(
     pitch_m : float or sequence
         Distance between neighbours at rest, or one for each gap.
     first_gap, last_gap : int, optional
-        Gaps of the group velocity; as far as the pulse is one when `last_gap` is left out.
+        Gaps over which the group velocity is taken; without `last_gap`, as far as the leading pulse remains one pulse.
     edge_fraction : float, optional
         The leading edge is where a gap first exceeds this fraction of its peak.
     end_reflects : bool, optional
-        Whether what a reflection from the last body has reached is left out.
+        Leave out what a reflection from the last body has reached.
     contact : dict, optional
         The table `contact` of a scene, for energies.
     n_replicas, seed : int, optional

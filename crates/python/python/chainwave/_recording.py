@@ -23,9 +23,9 @@ class Recording:
     ``recording[k]`` is frame ``k`` as a NumPy array of linear counts, shape ``(height_px, width_px)``, top row first: ``uint8`` of
     at most 8 bits, else ``uint16``; ``float32`` where counts are not whole (a float array, or a recording whose dark level and
     gains were taken out). ``recording[-1]`` is the last frame, ``recording[10:20]`` a stack of shape
-    ``(10, height_px, width_px)``, and ``recording[k, 40:80, 100:200]`` reads rows 40 to 79 of columns 100 to 199 alone.
+    ``(10, height_px, width_px)``, and ``recording[k, 40:80, 100:200]`` reads only rows 40 to 79 of columns 100 to 199.
 
-    Opening reads the header alone; uncompressed files are memory-mapped, and a region costs its rows. Where the file holds 8 or 16 bits
+    Opening reads only the header; uncompressed files are memory-mapped, so reading a region touches only its rows. Where the file holds 8 or 16 bits
     a pixel as they are, a frame is a view of the file itself, without a copy, that cannot be written to: take ``.copy()`` for that.
 
     Recordings come from :func:`chainwave.open` and :meth:`Recording.from_array`.

@@ -159,7 +159,7 @@ def track(
     Warns
     -----
     ChainwaveWarning
-        What recordings say against themselves, points outside of frames, sharp edges beside subsets, points that are all lost.
+        Contradictions within recordings, points outside the frames, sharp edges beside subsets, and tracks in which every point is lost.
     """
     options = {"rate_hz": rate_hz, "raw": raw, "partial": partial, "dark": dark, "flat": flat}
     given = isinstance(recording, (list, tuple)) and all(is_path(one) or isinstance(one, Recording) for one in recording)

@@ -235,15 +235,9 @@ fn views_that_share_a_body_at_first_alone_know_their_drives_as_well_as_they_say(
     let n = 8;
     let protocol = Protocol { n_in_view: 4, neighbour_until_m: 4e-3, ..ONE_BODY };
     let score = scored(protocol, &protocol.settings(), n);
-    println!(
-        "{:.4} {:.2} um, by the trigger {:.2} um",
-        score.coverage(),
-        1e6 * score.rms_m(),
-        1e6 * score.rms_by_trigger_m()
-    );
     // What errors have in common goes from view to view: of 7 views, 3 at least are independent in each experiment.
     let tolerance = 3.0 * (0.95 * 0.05 / (3.0 * n as f64)).sqrt();
-    assert!(score.coverage() > 0.95 - tolerance, "{}", score.coverage());
+    assert!(score.coverage() > 0.95 - tolerance, "{score:?}");
 }
 
 #[test]

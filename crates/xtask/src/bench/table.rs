@@ -8,7 +8,7 @@ const HEAD: &str = "measure,against,ratio,least,most";
 
 /// How many times faster something is than what it is held against, in several rounds.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Row {
+pub(crate) struct RatioRow {
     pub(crate) measure: String,
     pub(crate) against: String,
     /// The median of the rounds.
@@ -17,7 +17,7 @@ pub(crate) struct Row {
     pub(crate) most: f64,
 }
 
-impl Row {
+impl RatioRow {
     /// The median and the range of the rounds; nothing without one.
     pub(crate) fn of_rounds(measure: &str, against: &str, mut rounds: Vec<f64>) -> Option<Self> {
         rounds.sort_by(f64::total_cmp);
@@ -41,12 +41,12 @@ impl Row {
 }
 
 /// The rows as a file, below lines that say where and how they were measured.
-pub(crate) fn written(about: &[String], rows: &[Row]) -> String {
+pub(crate) fn written(about: &[String], rows: &[RatioRow]) -> String {
     let mut text = String::new();
     about.iter().for_each(|line| text.push_str(&format!("# {line}\n")));
     text.push_str(HEAD);
     text.push('\n');
-    for Row { measure, against, ratio, least, most } in rows {
+    for RatioRow { measure, against, ratio, least, most } in rows {
         // Writing to a text cannot fail.
         let _ = writeln!(text, "\"{measure}\",\"{against}\",{ratio:.2},{least:.2},{most:.2}");
     }
@@ -54,23 +54,24 @@ pub(crate) fn written(about: &[String], rows: &[Row]) -> String {
 }
 
 /// The rows of such a file; nothing where it is none.
-pub(crate) fn read(text: &str) -> Option<Vec<Row>> {
+pub(crate) fn read(text: &str) -> Option<Vec<RatioRow>> {
     let mut lines = text.lines().filter(|line| !line.starts_with('#'));
     (lines.next()? == HEAD).then_some(())?;
     lines.map(row).collect()
 }
 
-fn row(line: &str) -> Option<Row> {
+fn row(line: &str) -> Option<RatioRow> {
     let (measure, rest) = line.strip_prefix('"')?.split_once("\",\"")?;
     let (against, numbers) = rest.split_once("\",")?;
     let numbers: Vec<f64> = numbers.split(',').map(str::parse).collect::<Result<_, _>>().ok()?;
     let [ratio, least, most] = numbers[..] else { return None };
-    Some(Row { measure: measure.to_owned(), against: against.to_owned(), ratio, least, most })
+    Some(RatioRow { measure: measure.to_owned(), against: against.to_owned(), ratio, least, most })
 }
 
 /// The rows beside those of an earlier table, with what is lost.
-pub(crate) fn compared(rows: &[Row], earlier: &[Row]) -> String {
-    let width = |cell: fn(&Row) -> &str| rows.iter().map(|row| cell(row).chars().count()).max().unwrap_or(0);
+pub(crate) fn compared(rows: &[RatioRow], earlier: &[RatioRow]) -> String {
+    let width =
+        |cell: fn(&RatioRow) -> &str| rows.iter().map(|row| cell(row).chars().count()).max().unwrap_or(0);
     let (wide, wide_against) = (width(|row| &row.measure), width(|row| &row.against));
     let mut text = String::new();
     for row in rows {
@@ -80,7 +81,7 @@ pub(crate) fn compared(rows: &[Row], earlier: &[Row]) -> String {
             Some((ratio, loss)) if loss >= LOSS => format!("   was {ratio:.2}: LOST {:.0} %", 100.0 * loss),
             Some((ratio, _)) => format!("   was {ratio:.2}"),
         };
-        let Row { measure, against, ratio, least, most } = row;
+        let RatioRow { measure, against, ratio, least, most } = row;
         let _ = writeln!(
             text,
             "{measure:wide$}  {against:wide_against$}  {ratio:7.2} ({least:.2} to {most:.2}){told}"
@@ -90,15 +91,15 @@ pub(crate) fn compared(rows: &[Row], earlier: &[Row]) -> String {
 }
 
 /// The rows, and those of an earlier table that were not measured now.
-pub(crate) fn with_others_of(rows: &[Row], earlier: &[Row]) -> Vec<Row> {
+pub(crate) fn with_others_of(rows: &[RatioRow], earlier: &[RatioRow]) -> Vec<RatioRow> {
     let others = earlier.iter().filter(|earlier| !rows.iter().any(|row| row.is_of(earlier)));
     rows.iter().chain(others).cloned().collect()
 }
 
 /// How many rows lost a tenth or more.
-pub(crate) fn n_lost(rows: &[Row], earlier: &[Row]) -> usize {
+pub(crate) fn n_lost(rows: &[RatioRow], earlier: &[RatioRow]) -> usize {
     let lost =
-        |row: &&Row| earlier.iter().any(|earlier| earlier.is_of(row) && row.loss_since(earlier) >= LOSS);
+        |row: &&RatioRow| earlier.iter().any(|earlier| earlier.is_of(row) && row.loss_since(earlier) >= LOSS);
     rows.iter().filter(lost).count()
 }
 
@@ -106,8 +107,8 @@ pub(crate) fn n_lost(rows: &[Row], earlier: &[Row]) -> usize {
 mod tests {
     use super::*;
 
-    fn row(measure: &str, rounds: &[f64]) -> Row {
-        Row::of_rounds(measure, "a plain loop", rounds.to_vec()).unwrap()
+    fn row(measure: &str, rounds: &[f64]) -> RatioRow {
+        RatioRow::of_rounds(measure, "a plain loop", rounds.to_vec()).unwrap()
     }
 
     #[test]
@@ -116,7 +117,7 @@ mod tests {
         assert_eq!((odd.ratio, odd.least, odd.most), (2.0, 1.0, 3.0));
         let even = row("a", &[4.0, 1.0, 2.0, 3.0]);
         assert_eq!((even.ratio, even.least, even.most), (2.5, 1.0, 4.0));
-        assert_eq!(Row::of_rounds("a", "b", Vec::new()), None);
+        assert_eq!(RatioRow::of_rounds("a", "b", Vec::new()), None);
     }
 
     #[test]

@@ -21,7 +21,7 @@ pub(super) fn read(path: &Path) -> Result<Tracks, Error> {
     let columns = (needed("frame")?, needed("particle")?, needed("x")?, needed("y")?, place("ep"));
     let mut tracks: BTreeMap<usize, Track> = BTreeMap::new();
     for (index, line) in text.lines().enumerate().skip(1).filter(|(_, line)| !line.trim().is_empty()) {
-        let row = Row { path, index, cells: line.split(',').map(str::trim).collect() };
+        let row = TrackpyLine { path, index, cells: line.split(',').map(str::trim).collect() };
         let (frame, particle, x, y, error) = columns;
         let (frame, particle) = (row.count(frame)?, row.count(particle)?);
         let track = tracks.entry(particle).or_default();
@@ -43,13 +43,13 @@ pub(super) fn read(path: &Path) -> Result<Tracks, Error> {
 }
 
 /// A line of the table.
-struct Row<'a> {
+struct TrackpyLine<'a> {
     path: &'a Path,
     index: usize,
     cells: Vec<&'a str>,
 }
 
-impl Row<'_> {
+impl TrackpyLine<'_> {
     fn wrong(&self, expected: &str, found: &str) -> Error {
         Error::place(self.path, &format!("line {}", self.index + 1), expected, found)
     }

@@ -11,7 +11,7 @@ use crate::equations::{
     ground::Ground,
     model::{ChainModel, PhasePoint},
     parameters::Chain,
-    row::End,
+    row::RowEnd,
     state::{ChainState, row_length},
 };
 use crate::{
@@ -146,14 +146,14 @@ impl<'a> Along<'a> {
     }
 
     /// Opens or closes the contact of an end's striker; says how, where it closes.
-    pub(super) fn switch(&mut self, motion: &Trajectory, end: End, time_s: f64) -> Option<Closing> {
+    pub(super) fn switch(&mut self, motion: &Trajectory, end: RowEnd, time_s: f64) -> Option<Closing> {
         let touching = &mut self.state.touching[end.index()];
         *touching = !*touching;
         let closes = *touching;
         self.place(motion, time_s);
         let contact = self.model.strikers[end.index()].as_ref().filter(|_| closes)?;
-        let closing_m_per_s = self.state.closing_m_per_s(contact.gap);
-        let push_n = contact.push_n(self.state.overlap_m(contact.gap), closing_m_per_s);
+        let at = self.state.gap(contact.gap);
+        let (push_n, closing_m_per_s) = (contact.push_n(at), at.closing_m_per_s);
         (closing_m_per_s > 0.0).then_some(Closing { gap: contact.gap, push_n, closing_m_per_s })
     }
 
