@@ -4,11 +4,11 @@
 //! adds, with the noise of a pixel measured in the reference, a mean of m frames. And chance: a match must be beyond doubt by itself
 //! even if its correlation fell as far as is still not called sudden ([`crate::acceptance`]). The smallest size above both is taken, since what
 //! a field's bending leaves in a subset grows with its size. From above it is bounded by the frame, and by neighbours: subsets of other points
-//! do not overlap, unless what lies between the points tells no place at all, as on one surface with points close together.
+//! do not overlap, unless what lies between the points tells no place at all and they lie on one surface, whose texture has no gap between them.
 
 use std::fmt;
 
-use chainwave_measurement::{Recording, Subset};
+use chainwave_measurement::{Recording, Subset, median};
 
 use crate::acceptance::is_beyond_doubt;
 use crate::middle::shows_its_middle;
@@ -20,6 +20,12 @@ pub(crate) const MOST_HALF_PX: usize = 60;
 /// Pixels between a subset and the edge of the frame: three that interpolation needs, and two by which it may move towards the edge, as
 /// strips do across their length, before it has left the view.
 pub(crate) const BORDER_PX: usize = 5;
+
+/// Pixels on each side of the way to a neighbour that lines across it reach, at most.
+const ACROSS_PX: usize = 10;
+/// Share of the usual variance along such lines that one over ground has at most: along 21 px of texture, some five speckles, it is as small once in a hundred
+/// lines, and points of that surface then have subsets that do not overlap.
+const GROUND_SHARE: f64 = 0.05;
 
 /// A size of subsets, and why it was taken.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -87,8 +93,12 @@ pub fn subset_size(
     let alone = between(place_px, others, in_frame);
     let best = best_within(&reference, place_px, alone, error_px);
     let size = match best.reason {
-        // points so close together that nothing between them tells one from the other lie on one surface
-        SizeReason::NoTexture | SizeReason::Bounded if alone != in_frame && !best.is_told => {
+        // Points so close together that nothing between them tells one from the other lie on one surface, where no ground parts them.
+        SizeReason::NoTexture | SizeReason::Bounded
+            if alone != in_frame
+                && !best.is_told
+                && !has_ground_beside(&reference, place_px, others, alone) =>
+        {
             best_within(&reference, place_px, in_frame, error_px)
         }
         _ => best,
@@ -108,6 +118,34 @@ fn between([x, y]: [f64; 2], others: &[[f64; 2]], in_frame: [usize; 2]) -> [usiz
         }
     }
     room
+}
+
+/// Whether ground lies between a place and the nearest of the others, as between markers: a line across the way that has next to no contrast.
+fn has_ground_beside(reference: &Reference, [x, y]: [f64; 2], others: &[[f64; 2]], room: [usize; 2]) -> bool {
+    let apart_px = |[u, v]: &[f64; 2]| (u - x).hypot(v - y);
+    let all = others.iter().filter(|other| apart_px(other) > 0.0);
+    let Some(&[u, v]) = all.min_by(|a, b| apart_px(a).total_cmp(&apart_px(b))) else { return false };
+    let apart = [u - x, v - y];
+    let axis = usize::from(apart[1].abs() > apart[0].abs());
+    let half = room[1 - axis].clamp(LEAST_HALF_PX, ACROSS_PX) as i64;
+    let place = [x.round() as i64, y.round() as i64];
+    // The variance of a line, none where ground is left out of it.
+    let variance = |away: i64| -> Option<f64> {
+        let pixel = |across: i64| {
+            let mut at = place;
+            at[axis] += away * apart[axis].signum() as i64;
+            at[1 - axis] += across;
+            reference.usable_pixel(at)
+        };
+        let values: Vec<f64> = (-half..=half).map(pixel).collect::<Option<_>>()?;
+        let n = values.len() as f64;
+        let mean = values.iter().sum::<f64>() / n;
+        Some(values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / n)
+    };
+    let lines: Option<Vec<f64>> = (0..apart[axis].abs() as i64).map(variance).collect();
+    let Some(lines) = lines else { return true };
+    let least = lines.iter().copied().fold(f64::INFINITY, f64::min);
+    median(lines).is_some_and(|usual| least < GROUND_SHARE * usual)
 }
 
 fn subset_at([x_px, y_px]: [f64; 2], [half_width_px, half_height_px]: [usize; 2]) -> Subset {

@@ -28,6 +28,9 @@ impl SharpEdge {
     }
 }
 
+/// Pixels between an edge and what is left of a subset: nearer, it moves positions by some hundredths of a pixel, by how it lies between pixels.
+const CLEAR_PX: i64 = 2;
+
 /// A side of a subset.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Side {
@@ -91,9 +94,35 @@ pub fn detected_edge(
     Ok(nearest(beside(&Reference::read(recording, subset, frames)?, subset), |found| found.is_told))
 }
 
+/// A subset without the lines that an edge beyond doubt rings into most, and those beyond it: of what is left its outline. An edge is sampled too coarsely
+/// to be interpolated, and one row of pixels that it runs through has more of the gradient than all others. One that has an outline, or keeps less than half
+/// of its width, stays as it is.
+pub(crate) fn clear_of_edges(reference: &Reference, subset: &Subset) -> Subset {
+    if !subset.outline_px.is_empty() {
+        return subset.clone();
+    }
+    let found = beside(reference, subset);
+    let cut = |side: Side| {
+        let told = found.iter().filter(|found| found.is_told && found.edge.side == side);
+        told.map(|found| (CLEAR_PX - found.distance_px).max(0)).max().unwrap_or(0)
+    };
+    let [left, right, above, below] = [Side::Left, Side::Right, Side::Above, Side::Below].map(cut);
+    let [x0, x1, y0, y1] = pixel_bounds(subset);
+    let is_much = |cut: i64, side_px: i64| 2 * cut >= side_px;
+    let is_clear = left + right + above + below == 0;
+    if is_clear || is_much(left + right, x1 - x0 + 1) || is_much(above + below, y1 - y0 + 1) {
+        return subset.clone();
+    }
+    let xs = [(x0 + left) as f64 - 0.5, (x1 - right) as f64 + 0.5].map(|x| x - subset.x_px);
+    let ys = [(y0 + above) as f64 - 0.5, (y1 - below) as f64 + 0.5].map(|y| y - subset.y_px);
+    subset.clone().within(vec![[xs[0], ys[0]], [xs[1], ys[0]], [xs[1], ys[1]], [xs[0], ys[1]]])
+}
+
 /// What may be an edge along a side.
 struct Beside {
     edge: SharpEdge,
+    /// Pixels between the subset's last and the edge; below 0 within.
+    distance_px: i64,
     is_told: bool,
 }
 
@@ -136,7 +165,7 @@ fn beside(reference: &Reference, subset: &Subset) -> Vec<Beside> {
         let (roughest, distance) = found.max_by(|a, b| a.0.total_cmp(&b.0))?;
         let edge = SharpEdge { side, distance_px: usize::try_from(distance).unwrap_or(0) };
         let may_be = distance <= REACH_PX && roughest > EDGE_RATIO * inside;
-        may_be.then_some(Beside { edge, is_told: roughest > told })
+        may_be.then_some(Beside { edge, distance_px: distance, is_told: roughest > told })
     };
     sides.into_iter().filter_map(of_side).collect()
 }
@@ -190,6 +219,23 @@ mod tests {
         assert_eq!(edge(45.0, 40.0, 12), Some(SharpEdge { side: Side::Right, distance_px: 3 }));
         assert_eq!(edge(40.0, 29.0, 12), Some(SharpEdge { side: Side::Above, distance_px: 2 }));
         assert_eq!(edge(40.0, 52.0, 12), Some(SharpEdge { side: Side::Below, distance_px: 0 }));
+    }
+
+    #[test]
+    fn a_subset_keeps_clear_of_an_edge_that_runs_through_it() {
+        let lines = |x_px: f64, y_px: f64| {
+            let found = clear_of_edges(&marker(1800.0), &Subset::new("a", x_px, y_px, 12, 12));
+            let outline = found.outline_px;
+            outline.first().zip(outline.get(2)).map(|([left, above], [right, below])| {
+                [x_px + left, x_px + right, y_px + above, y_px + below]
+            })
+        };
+        // The marker's first column is 20: what is left begins two columns within.
+        assert_eq!(lines(40.0, 40.0), None);
+        assert_eq!(lines(34.0, 40.0), None);
+        assert_eq!(lines(32.0, 40.0), Some([21.5, 44.5, 27.5, 52.5]));
+        assert_eq!(lines(30.0, 40.0), Some([21.5, 42.5, 27.5, 52.5]));
+        assert_eq!(lines(40.0, 52.0), Some([27.5, 52.5, 39.5, 60.5]));
     }
 
     #[test]

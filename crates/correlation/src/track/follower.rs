@@ -8,6 +8,7 @@ use crate::acceptance::Standard;
 use crate::evidence::ShapeTest;
 use crate::icgn::outcome::Match;
 use crate::icgn::visible::noise_ratio;
+use crate::reference::edge::clear_of_edges;
 use crate::search::rivals::PlaceMatch;
 use crate::structure::Structure;
 use crate::track::alike::{self, Alike, Left};
@@ -106,6 +107,7 @@ impl Target {
         settings: &Settings,
     ) -> Result<Result<Self, Lost>, CorrelationError> {
         let reference = Reference::read(recording, subset, frames)?;
+        let subset = &clear_of_edges(&reference, subset);
         let asks = settings.surfaces_bend && settings.shape == Shape::Affine;
         let of_second_order = Settings { shape: Shape::Quadratic, ..settings.clone() };
         let quadratic =

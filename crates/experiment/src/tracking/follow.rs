@@ -128,7 +128,7 @@ impl fmt::Display for EdgeNote {
         write!(
             f,
             "point {point}: a sharp edge runs {distance_px} px beyond its subset ({side}) and rings into it, which biases \
-             positions by thousandths of a pixel, or by hundredths from within 1 px: leave 5 px of texture around it"
+             positions by thousandths of a pixel; lines that are nearer to it than 2 px are left out: leave 5 px of texture around it"
         )
     }
 }

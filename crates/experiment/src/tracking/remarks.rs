@@ -17,7 +17,7 @@ fn sharp_edges(edges: &[EdgeNote]) -> Option<String> {
     let bodies: Vec<&str> = near().map(|note| note.point.as_str()).collect();
     Some(format!(
         "sharp edges run beside the subsets of body {}, the nearest {nearest_px} px off, and ring into them, which biases positions by \
-         thousandths of a pixel, or by hundredths from within 1 px: leave 5 px of texture around subsets (a smaller half_width_px or half_height_px)",
+         thousandths of a pixel; lines that are nearer than 2 px are left out: leave 5 px of texture around subsets (a smaller half_width_px or half_height_px)",
         bodies.join(", ")
     ))
 }
