@@ -7,6 +7,7 @@
 mod layout;
 mod mapping;
 mod numbers;
+mod order;
 mod program;
 mod remarks;
 mod tracks;

@@ -1,7 +1,9 @@
-//! What imported trials contradict of what is stated of them: errors at rest, units.
+//! What imported trials contradict of what is stated of them: errors at rest, units, the order of their bodies.
 
 use chainwave_analysis::Measurement;
 use chainwave_measurement::Observation;
+
+use super::order;
 
 /// Standard deviations by which an error at rest is told to be another than stated.
 const TOLD_SIGMAS: f64 = 5.0;
@@ -19,7 +21,7 @@ pub(super) fn remarks(
 ) -> Vec<String> {
     let at_rest = AtRest::of(observations, rest_until_s);
     let of_rest = at_rest.iter().flat_map(AtRest::remarks);
-    of_rest.chain(beyond_all(measurement)).collect()
+    of_rest.chain(beyond_all(measurement)).chain(order::remarks(observations, rest_until_s)).collect()
 }
 
 /// How samples scatter at rest, in their stated sigmas.

@@ -120,11 +120,16 @@ impl Halves<'_> {
         if let Some(best) = right.min_by(|a, b| variance(a).total_cmp(&variance(b))) {
             return Some((Match { is_whole: false, ..best }, of_half));
         }
-        let apart = |[a, b]: &[Half; 2]| {
-            let (Some(a), Some(b)) = (&a.found, &b.found) else { return [0.0; 2] };
-            if is_beyond_noise(a, b) { distance_px(a, b) } else { [0.0; 2] }
+        // A half that shows the centre nowhere would have it where its neighbour leads.
+        let apart = |([a, b], [ahead, behind]): (&[Half; 2], &[Option<Guide>; 2])| match (&a.found, &b.found)
+        {
+            (Some(a), Some(b)) if is_beyond_noise(a, b) => distance_px(a, b),
+            (Some(a), None) => behind.as_ref().map_or([0.0; 2], |guide| guide.away_px(a)),
+            (None, Some(b)) => ahead.as_ref().map_or([0.0; 2], |guide| guide.away_px(b)),
+            _ => [0.0; 2],
         };
-        let most = pairs.iter().map(apart).fold([0.0_f64; 2], |[x, y], [u, v]| [x.max(u), y.max(v)]);
+        let most = pairs.iter().zip(&guides).map(apart);
+        let most = most.fold([0.0_f64; 2], |[x, y], [u, v]| [x.max(u), y.max(v)]);
         // It may as well be that of either.
         let stated = found.with_error(most.map(|apart_px| 0.5 * apart_px));
         (most[0].max(most[1]) > LEAST_STATED_PX).then_some((stated, *shape))
@@ -203,6 +208,13 @@ impl Halves<'_> {
 }
 
 impl Guide {
+    /// How far a match is from where this leads, in pixels along x and y; 0 where noise explains it.
+    fn away_px(&self, found: &Match) -> [f64; 2] {
+        let there = found.warp().position_px;
+        let is_there = self.foretells(found);
+        [0, 1].map(|axis| if is_there { 0.0 } else { (there[axis] - self.warp.position_px[axis]).abs() })
+    }
+
     /// Whether a match is where this leads.
     fn foretells(&self, found: &Match) -> bool {
         let sigmas = [found.position.x_px.sigma, found.position.y_px.sigma];

@@ -122,17 +122,17 @@ impl<'a> Joint<'a> {
             timed = Timed::by(tracked, &clocks);
             joint = Self { clocks, ..joined(&timed)? };
         }
-        // Views that still disagree do so by something else, of which a clock would take up a part.
-        let pictures = joint.picture_errors();
-        let is_something_else = !joint.clocks.are_known() || joint.between_views(&pictures).is_some();
-        if joint.clocks.are_of_views() && is_something_else {
-            timed = Timed::as_stated(tracked);
-            joint = joined(&timed)?;
-        }
-        if joint.clocks.are_of_views() && joint.picture_errors().outweigh_noise() {
-            let clocks = joint.clocks.or_pictures();
-            timed = Timed::by(tracked, &clocks);
-            joint = Self { clocks, ..joined(&timed)? };
+        if joint.clocks.are_of_views() {
+            let pictures = joint.picture_errors();
+            // Views that still disagree do so by something else, of which a clock would take up a part.
+            if !joint.clocks.are_known() || joint.between_views(&pictures).is_some() {
+                timed = Timed::as_stated(tracked);
+                joint = joined(&timed)?;
+            } else if pictures.outweigh_noise() {
+                let clocks = joint.clocks.or_pictures();
+                timed = Timed::by(tracked, &clocks);
+                joint = Self { clocks, ..joined(&timed)? };
+            }
         }
         Ok((joint, timed))
     }
