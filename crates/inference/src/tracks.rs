@@ -143,17 +143,33 @@ pub fn stated_damping(
     Ok(damping_of(&minimum.at, &covariance, inflation_of(&problem, minimum.chi_squared())))
 }
 
-/// What the model as it is stated leaves over at its best: [`fit_tracks`] without its other starting points, and without anything that the tracks ask for beyond.
-///
-/// # Errors
-/// As [`fit_tracks`].
-pub fn left_by_stated(
-    observations: &[Observation],
-    impact_times_s: &[f64],
-    model: &TrackModel,
-) -> Result<Structure, FitError> {
-    let problem = TrackResiduals::new(observations, model, &[])?;
-    Ok(Fit::at(&problem, stated_minimum(&problem, impact_times_s)?, Vec::new())?.structure)
+/// What the model as it is stated leaves over at its best.
+#[derive(Debug, Clone)]
+pub struct LeftByStated {
+    /// Structure of the residuals.
+    pub structure: Structure,
+    /// Sum of squared residuals over their number less the unknowns.
+    pub reduced_chi_squared: f64,
+}
+
+impl LeftByStated {
+    /// [`fit_tracks`] without anything that the tracks ask for beyond the stated model.
+    ///
+    /// # Errors
+    /// As [`fit_tracks`].
+    pub fn of(
+        observations: &[Observation],
+        impact_times_s: &[f64],
+        model: &TrackModel,
+    ) -> Result<Self, FitError> {
+        let problem = TrackResiduals::new(observations, model, &[])?;
+        let starts = STARTS.map(|factors| problem.start(impact_times_s, factors));
+        let starts = starts.into_iter().collect::<Result<Vec<_>, _>>()?;
+        let best = least_of(&problem, starts, &[], &Stop::STATED).map_err(|why| problem.failure(why))?;
+        let chi_squared = best.minimum.chi_squared();
+        let reduced_chi_squared = excess::reduced_chi_squared(chi_squared, degrees_of_freedom(&problem));
+        Ok(Self { structure: Fit::at(&problem, best.minimum, Vec::new())?.structure, reduced_chi_squared })
+    }
 }
 
 fn stated_minimum(problem: &TrackResiduals<'_>, impact_times_s: &[f64]) -> Result<Minimum, FitError> {

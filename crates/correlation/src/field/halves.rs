@@ -21,9 +21,9 @@ use crate::{PreparedSubset, Shape, Workspace};
 const NOISE_ALONE: f64 = 1.25;
 /// Standard deviations by which two places are not the same.
 const APART: f64 = 5.0;
-/// Pixels by which halves see a centre in two places that is stated where none is undisturbed. Of a displacement that bends the third order
-/// differs, by two fifths of what it is at the rim.
-const LEAST_STATED_PX: f64 = 1.0;
+/// Pixels that a place may be off by which are stated where no half is undisturbed: half of how far halves see it apart. Of a displacement that bends the third
+/// order differs, by two fifths of what it is at the rim.
+const LEAST_STATED_PX: f64 = 0.5;
 /// Residuals of one half over those of the other that no texture makes.
 const MORE: f64 = 2.0;
 /// Starts that a half is matched from.
@@ -120,19 +120,10 @@ impl Halves<'_> {
         if let Some(best) = right.min_by(|a, b| variance(a).total_cmp(&variance(b))) {
             return Some((Match { is_whole: false, ..best }, of_half));
         }
-        // A half that shows the centre nowhere would have it where its neighbour leads.
-        let apart = |([a, b], [ahead, behind]): (&[Half; 2], &[Option<Guide>; 2])| match (&a.found, &b.found)
-        {
-            (Some(a), Some(b)) if is_beyond_noise(a, b) => distance_px(a, b),
-            (Some(a), None) => behind.as_ref().map_or([0.0; 2], |guide| guide.away_px(a)),
-            (None, Some(b)) => ahead.as_ref().map_or([0.0; 2], |guide| guide.away_px(b)),
-            _ => [0.0; 2],
-        };
-        let most = pairs.iter().zip(&guides).map(apart);
-        let most = most.fold([0.0_f64; 2], |[x, y], [u, v]| [x.max(u), y.max(v)]);
+        let errors_px = pairs.iter().zip(&guides).map(|(halves, guides)| error_px(found, halves, guides));
+        let most_px = errors_px.fold([0.0; 2], largest);
         // It may as well be that of either.
-        let stated = found.with_error(most.map(|apart_px| 0.5 * apart_px));
-        (most[0].max(most[1]) > LEAST_STATED_PX).then_some((stated, *shape))
+        (most_px[0].max(most_px[1]) > LEAST_STATED_PX).then(|| (found.with_error(most_px), *shape))
     }
 
     /// The half of a subset on one side of its centre, from where the whole one or a guide leads.
@@ -248,6 +239,26 @@ fn variance(found: &Match) -> f64 {
 fn distance_px(a: &Match, b: &Match) -> [f64; 2] {
     let places = [a, b].map(|found| found.warp().position_px);
     [0, 1].map(|axis| (places[0][axis] - places[1][axis]).abs())
+}
+
+/// What a match may be off by, in pixels along x and y, where neither of a subset's halves is undisturbed: half as far as they see its centre apart. One that
+/// shows it nowhere would have it where its neighbour leads; where both do, only that is known.
+fn error_px(found: &Match, [a, b]: &[Half; 2], [ahead, behind]: &[Option<Guide>; 2]) -> [f64; 2] {
+    let led =
+        |guide: &Option<Guide>, found: &Match| guide.as_ref().map_or([0.0; 2], |guide| guide.away_px(found));
+    let apart_px = match (&a.found, &b.found) {
+        (Some(a), Some(b)) if is_beyond_noise(a, b) => distance_px(a, b),
+        (Some(_), Some(_)) => [0.0; 2],
+        (Some(a), None) => led(behind, a),
+        (None, Some(b)) => led(ahead, b),
+        (None, None) => return largest(led(ahead, found), led(behind, found)),
+    };
+    apart_px.map(|apart_px| 0.5 * apart_px)
+}
+
+/// The larger ones of two errors along x and y.
+fn largest([x, y]: [f64; 2], [u, v]: [f64; 2]) -> [f64; 2] {
+    [x.max(u), y.max(v)]
 }
 
 /// Whether two places are farther apart along an axis than noise explains.

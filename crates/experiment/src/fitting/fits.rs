@@ -4,8 +4,8 @@ use std::num::NonZero;
 
 use chainwave_analysis::{Departure, Measurement, Pulses, Spacing};
 use chainwave_inference::{
-    EnergyFit, EnergyModel, FitError, ImposedFit, ImposedModel, Known, Quantity, ReleasedFit, ReleasedModel,
-    TrackFit, TrackModel, fit_imposed, fit_peak_energies, fit_release, fit_tracks, left_by_stated, reached,
+    EnergyFit, EnergyModel, FitError, ImposedFit, ImposedModel, Known, LeftByStated, Quantity, ReleasedFit,
+    ReleasedModel, TrackFit, TrackModel, fit_imposed, fit_peak_energies, fit_release, fit_tracks, reached,
     scatter_of_bodies, softening,
 };
 use chainwave_measurement::{Estimate, Observation, SharedReadingError};
@@ -132,7 +132,11 @@ impl Material<'_> {
     /// Whether a usual geometry may be behind what the model leaves over in these tracks.
     fn may_be_geometry(&self, (reached, impacts_s): (&[Observation], &[f64]), model: &TrackModel) -> bool {
         let is_open = !self.usual_geometry.errors.is_empty();
-        is_open && left_by_stated(reached, impacts_s, model).is_ok_and(|left| left.size < LARGEST_BY_GEOMETRY)
+        let is_as_small = |left: LeftByStated| {
+            let size = left.structure.size.max((left.reduced_chi_squared - 1.0).max(0.0).sqrt());
+            size < LARGEST_BY_GEOMETRY
+        };
+        is_open && LeftByStated::of(reached, impacts_s, model).is_ok_and(is_as_small)
     }
 
     /// The chain model as a fit to the tracks starts from it, and the recordings, with their impacts as the alignment has them, that tell when
