@@ -121,19 +121,25 @@ fn between([x, y]: [f64; 2], others: &[[f64; 2]], in_frame: [usize; 2]) -> [usiz
 }
 
 /// Whether ground lies between a place and the nearest of the others, as between markers: a line across the way that has next to no contrast.
-fn has_ground_beside(reference: &Reference, [x, y]: [f64; 2], others: &[[f64; 2]], room: [usize; 2]) -> bool {
-    let apart_px = |[u, v]: &[f64; 2]| (u - x).hypot(v - y);
-    let all = others.iter().filter(|other| apart_px(other) > 0.0);
-    let Some(&[u, v]) = all.min_by(|a, b| apart_px(a).total_cmp(&apart_px(b))) else { return false };
-    let apart = [u - x, v - y];
-    let axis = usize::from(apart[1].abs() > apart[0].abs());
+fn has_ground_beside(
+    reference: &Reference,
+    place_px: [f64; 2],
+    others: &[[f64; 2]],
+    room: [usize; 2],
+) -> bool {
+    let way_px = |other: &[f64; 2]| [other[0] - place_px[0], other[1] - place_px[1]];
+    let ways_px = others.iter().map(way_px).filter(|way| way[0].hypot(way[1]) > 0.0);
+    let Some(way_px) = ways_px.min_by(|one, other| one[0].hypot(one[1]).total_cmp(&other[0].hypot(other[1])))
+    else {
+        return false;
+    };
+    let axis = usize::from(way_px[1].abs() > way_px[0].abs());
     let half = room[1 - axis].clamp(LEAST_HALF_PX, ACROSS_PX) as i64;
-    let place = [x.round() as i64, y.round() as i64];
     // The variance of a line, none where ground is left out of it.
     let variance = |away: i64| -> Option<f64> {
         let pixel = |across: i64| {
-            let mut at = place;
-            at[axis] += away * apart[axis].signum() as i64;
+            let mut at = place_px.map(|place| place.round() as i64);
+            at[axis] += away * way_px[axis].signum() as i64;
             at[1 - axis] += across;
             reference.usable_pixel(at)
         };
@@ -142,7 +148,7 @@ fn has_ground_beside(reference: &Reference, [x, y]: [f64; 2], others: &[[f64; 2]
         let mean = values.iter().sum::<f64>() / n;
         Some(values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / n)
     };
-    let lines: Option<Vec<f64>> = (0..apart[axis].abs() as i64).map(variance).collect();
+    let lines: Option<Vec<f64>> = (0..way_px[axis].abs() as i64).map(variance).collect();
     let Some(lines) = lines else { return true };
     let least = lines.iter().copied().fold(f64::INFINITY, f64::min);
     median(lines).is_some_and(|usual| least < GROUND_SHARE * usual)

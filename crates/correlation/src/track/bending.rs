@@ -37,8 +37,8 @@ pub(crate) struct Bend {
 const NEAR_FRAMES: usize = 2;
 /// Standard deviations by which a subset that is not of the others' kind stands out: 6 of 10^5 do by chance.
 const OUTSTANDING: f64 = 4.0;
-/// Share of the fall in the sum of squares that goes with a bend where steps are long, below which the quadratic match is a false one: of those in noise
-/// of 12 %, some pixels to a thousand off, none has a tenth, and bends of waves have all.
+/// Share of the fall in the sum of squares that goes with a bend where steps are long, below which the quadratic match is a false one: what ends anywhere
+/// in noise has next to none of it, and bends of waves have all.
 const LEAST_FALL: f64 = 0.25;
 /// Least variance of a difference over that of the affine place: what two matches of one texture differ by through rounding.
 const LEAST_VARIANCE: f64 = 0.05;
@@ -75,7 +75,6 @@ impl Bend {
     }
 
     /// `None` where the quadratic subset is not found, or elsewhere than the affine one.
-
     fn of_seen(
         [affine, quadratic]: [&PreparedSubset; 2],
         window: &Window,

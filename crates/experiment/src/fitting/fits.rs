@@ -97,7 +97,7 @@ impl Material<'_> {
         let (reached, track_fit) = match self.reached(observations) {
             Ok((model, reached, impacts_s)) => {
                 let elsewhere = imposed_fit.as_ref().ok().map(|fit| fit.chain_damping_kg_per_s.value);
-                let fit = self.fit_to((&reached, &impacts_s), model, elsewhere);
+                let fit = self.fit_to((&reached, &impacts_s), &model, elsewhere);
                 (reached, fit)
             }
             Err(why) => (observations.to_vec(), Err(why)),
@@ -114,18 +114,18 @@ impl Material<'_> {
     fn fit_to(
         &self,
         (reached, impacts_s): (&[Observation], &[f64]),
-        model: TrackModel,
+        model: &TrackModel,
         elsewhere: Option<f64>,
     ) -> Result<TrackFit, FitError> {
         let fit = |model: &TrackModel| fit_tracks(reached, impacts_s, model, elsewhere);
-        if !self.may_be_geometry((reached, impacts_s), &model) {
-            return fit(&model);
+        if !self.may_be_geometry((reached, impacts_s), model) {
+            return fit(model);
         }
         let open = fit(&TrackModel { usual_errors: self.usual_geometry.errors.clone(), ..model.clone() });
         if open.as_ref().is_ok_and(TrackFit::leaves_noise_alone) {
             return open;
         }
-        let as_square = fit(&model)?;
+        let as_square = fit(model)?;
         Ok(open.ok().filter(|_| !as_square.leaves_noise_alone()).unwrap_or(as_square))
     }
 
