@@ -223,6 +223,8 @@ fn floor_px(subset: &PreparedSubset) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use chainwave_measurement::Region;
+
     use super::*;
 
     #[test]
@@ -230,6 +232,31 @@ mod tests {
         let all: Vec<usize> = sizes(20).collect();
         assert_eq!(all, [5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 18, 20]);
         assert_eq!(sizes(3).collect::<Vec<_>>(), [3]);
+    }
+
+    #[test]
+    fn ground_parts_markers_and_not_points_of_one_surface() {
+        // A smooth texture, everywhere or on markers of 18 px with 12 px of grey between them.
+        let image = |is_marked: fn(usize) -> bool| {
+            let value = |i: usize| {
+                let (x, y) = ((i % 120) as f32, (i / 120) as f32);
+                let texture =
+                    (1.3 * x + 0.4 * y).sin() + (0.5 * x - 1.1 * y).cos() + (0.7 * x + 0.9 * y).cos();
+                if is_marked(i % 120) { 1000.0 + 200.0 * texture } else { 400.0 }
+            };
+            Reference::new(Region::whole(120, 24), (0..120 * 24).map(value).collect(), 1).unwrap()
+        };
+        let has_ground = |reference: &Reference, other: [f64; 2]| {
+            has_ground_beside(reference, [60.0, 12.0], &[other], [14, 6])
+        };
+        let markers = image(|column| (column + 9) % 30 < 18);
+        assert!(has_ground(&markers, [90.0, 12.0]) && has_ground(&markers, [30.0, 12.0]));
+        let surface = image(|_| true);
+        assert!(!has_ground(&surface, [90.0, 12.0]) && !has_ground(&surface, [60.0, 20.0]));
+        assert!(
+            !has_ground_beside(&surface, [60.0, 12.0], &[], [14, 6]),
+            "no neighbour, no ground beside it"
+        );
     }
 
     #[test]
