@@ -3,8 +3,8 @@
 use std::num::NonZero;
 
 use chainwave_inference::{
-    Damping, FitError, Hypothesis, Known, Quantity, TrackFit, TrackModel, fit_tracks, fitted_motion, reached,
-    scatter_of_bodies,
+    Damping, FitError, Hypothesis, Known, Quantity, TrackFit, TrackModel, aligned_motion, fit_tracks,
+    fitted_motion, reached, scatter_of_bodies,
 };
 use chainwave_measurement::{BodyTrack, Estimate, Observation, SharedReadingError, TrackDeviation};
 use chainwave_mechanics::{Chain, Drive, FarEnd, FarStriker, Schedule, Striker, simulate};
@@ -217,6 +217,38 @@ fn what_nothing_excludes_of_a_camera_is_no_damping() {
                 "{share}: {:?}",
                 without.damping
             );
+        }
+    }
+}
+
+/// What the fit found of a turn is taken from the readings, and what it leaves open of it counts: in neither is the prior.
+#[test]
+fn motion_that_the_model_aligns_has_no_turn_in_it() {
+    let times_s: Vec<f64> = (20..200).map(|k| f64::from(k) * INTERVAL_S).collect();
+    for (seed, share) in [(11, 2e-3), (12, -2e-3), (13, 0.0)] {
+        let (experiment, turn) = turned(seed, share, 1e-3);
+        let struck = chain(C_D, C_S, mean(&experiment.strikers[..2]));
+        let truth = simulate(&struck, &Schedule::automatic(0.0095, 5e-7)).unwrap().trajectory.displacement_m;
+        let after_trigger_s = mean(&experiment.impacts_s[..2]);
+        let rms_over_sigma = |model: &TrackModel| {
+            let fit = fit_tracks(&experiment.observations, &[0.0; 2], model, None).unwrap();
+            let motion = aligned_motion(&experiment.observations, &fit, &times_s).unwrap();
+            let square = |body: usize, k: usize| {
+                let sample = ((times_s[k] - after_trigger_s) / 5e-7).round() as usize;
+                let x_m = motion.displacement_m[(body - 1, k)].unwrap();
+                ((x_m.value - truth[(body - 1, sample)]) / x_m.sigma).powi(2)
+            };
+            let squares: Vec<f64> =
+                (1..=7).flat_map(|body| (0..times_s.len()).map(move |k| square(body, k))).collect();
+            mean(&squares).sqrt()
+        };
+        let with = rms_over_sigma(&TrackModel { usual_errors: vec![turn], ..model(Vec::new()) });
+        // Samples share what the trigger, the drives, and the turn leave open: of five independent numbers the mean square is within 0.15 to 3.3 in 98 %.
+        assert!((0.15_f64.sqrt()..3.3_f64.sqrt()).contains(&with), "{share}: {with}");
+        if share.abs() > 0.0 {
+            // 2e-3 of some millimetres at the edges is ten times the noise.
+            let without = rms_over_sigma(&model(Vec::new()));
+            assert!(without > 3.0, "{share}: {without}");
         }
     }
 }
