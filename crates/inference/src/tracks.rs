@@ -71,9 +71,8 @@ pub fn fit_tracks(
     elsewhere_kg_per_s: Option<f64>,
 ) -> Result<TrackFit, FitError> {
     let problem = TrackResiduals::new(observations, model, &[])?;
-    let start = |factors: [f64; N_DAMPINGS]| problem.start(impact_times_s, factors);
     let least = |starts: Vec<Unknowns>| least_of(&problem, starts, &[], &Stop::STATED);
-    let usual = least(STARTS.into_iter().map(start).collect::<Result<_, _>>()?);
+    let usual = least(problem.starts(impact_times_s)?);
     let best = match (usual, elsewhere_kg_per_s) {
         (Err(Failure::Unsettled { .. }), Some(c_d_kg_per_s)) if c_d_kg_per_s > 0.0 => {
             least(vec![problem.start_at_c_d(impact_times_s, c_d_kg_per_s)?])
@@ -119,10 +118,8 @@ fn with_the_other_end(
     }
     let model = &hypothesis.applied(model, &[], &[]);
     let other = TrackResiduals::new(observations, model, &[]).ok()?;
-    let starts = STARTS.map(|factors| other.start(impact_times_s, factors));
-    let starts = starts.into_iter().collect::<Result<Vec<_>, _>>().ok()?;
     let stop = Stop { max_rounds: 20, worth, ..Stop::STATED };
-    let best = least_of(&other, starts, &[], &stop).ok()?;
+    let best = least_of(&other, other.starts(impact_times_s).ok()?, &[], &stop).ok()?;
     let fit = Fit::in_place_of(problem, &other, best.minimum, hypothesis).ok()?;
     (!fit.structure.is_told()).then_some((fit, best.n_same))
 }
@@ -163,8 +160,7 @@ impl LeftByStated {
         model: &TrackModel,
     ) -> Result<Self, FitError> {
         let problem = TrackResiduals::new(observations, model, &[])?;
-        let starts = STARTS.map(|factors| problem.start(impact_times_s, factors));
-        let starts = starts.into_iter().collect::<Result<Vec<_>, _>>()?;
+        let starts = problem.starts(impact_times_s)?;
         let best = least_of(&problem, starts, &[], &Stop::STATED).map_err(|why| problem.failure(why))?;
         let chi_squared = best.minimum.chi_squared();
         let reduced_chi_squared = excess::reduced_chi_squared(chi_squared, degrees_of_freedom(&problem));

@@ -116,9 +116,7 @@ impl Bend {
         let fall = quadratic.n_used as f64 * ((1.0 - place.zncc.powi(2)) / (1.0 - zncc.powi(2)) - 1.0);
         (bend.least_fall() * LEAST_FALL <= fall).then_some(bend)
     }
-}
 
-impl Bend {
     /// What the sum of squares over the noise falls by at least where the quadratic place is as far from the affine one as this: a model that has the other
     /// one in it explains as much more as its place is unlikely to be the other's.
     fn least_fall(&self) -> f64 {

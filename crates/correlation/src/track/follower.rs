@@ -351,11 +351,11 @@ impl<'a> Follower<'a> {
     fn note_alike(&mut self, frame: usize, found: &Match) {
         let Ok(Target { subset, quadratic, structure, bent, .. }) = &self.target else { return };
         let is_asked = !self.is_sole_reference(frame) && Alike::looks_at(frame, self.n_frames());
-        if !is_asked || self.matcher.have_window(subset, frame, &found.warp()).is_err() {
+        let warp = found.warp();
+        if !is_asked || self.matcher.have_window(subset, frame, &warp).is_err() {
             return;
         }
         let Matcher { window, workspace, .. } = &mut self.matcher;
-        let warp = found.warp();
         let Some(left) = Left::of(subset, window, &warp, workspace) else { return };
         // What interpolation leaves is as smooth as the texture, and stated elsewhere; and what an obstacle hides was left out of the match.
         if left.is_interpolated() || noise_ratio(subset, &left.residual) > HIDDEN * found.noise_ratio {
@@ -382,16 +382,14 @@ impl<'a> Follower<'a> {
         };
         let [of_affine, of_quadratic] =
             [subset, quadratic].map(|subset| sigma_px(subset, &warp, &by_quadratic.residual));
-        let of_bend = [0, 1].map(|axis| of_quadratic[axis].powi(2) - of_affine[axis].powi(2));
+        let of_bend =
+            [0, 1].map(|axis| (of_quadratic[axis].powi(2) - of_affine[axis].powi(2)).max(0.0).sqrt());
         let is_bent = left.residual.sum_of_squares > (1.0 + BENT) * by_quadratic.residual.sum_of_squares;
-        self.alike.note(
-            frame,
-            match is_bent {
-                true => reading(&bent.of_place, &by_quadratic, of_affine),
-                false => reading(structure, &left, as_stated),
-            },
-        );
-        let of_bend = of_bend.map(|variance| variance.max(0.0).sqrt());
+        let of_place = match is_bent {
+            true => reading(&bent.of_place, &by_quadratic, of_affine),
+            false => reading(structure, &left, as_stated),
+        };
+        self.alike.note(frame, of_place);
         self.bends_alike.note(frame, reading(&bent.of_bend, &by_quadratic, of_bend));
     }
 

@@ -33,10 +33,7 @@ impl UsualAmplitudes {
 
     /// Each amplitude with its standard uncertainty.
     pub fn estimates(&self) -> impl Iterator<Item = Estimate> {
-        self.values
-            .iter()
-            .zip(self.covariance.diagonal().iter().copied().collect::<Vec<_>>())
-            .map(|(value, variance)| Estimate::new(*value, variance.sqrt()))
+        (0..self.values.len()).map(|i| Estimate::new(self.values[i], self.covariance[(i, i)].sqrt()))
     }
 
     /// Variance that they leave in a sum which has one standard deviation of each with these weights.

@@ -4,7 +4,7 @@ use chainwave_mechanics::Drive;
 use nalgebra::DVector;
 
 use super::TrackResiduals;
-use crate::damping::{N_DAMPINGS, mean_damping_kg_per_s};
+use crate::damping::{N_DAMPINGS, STARTS, mean_damping_kg_per_s};
 use crate::error::FitError;
 use crate::least_squares::{Own, Unknowns};
 use crate::quantity::Quantity;
@@ -21,7 +21,12 @@ impl TrackResiduals<'_> {
         Ok(self.start_from(impact_times_s, [factors[0] * stated[0], factors[1] * stated[1]]))
     }
 
-    /// The same at a c_d in kilograms per second, which the model may state as none, and its own c_s.
+    /// Every usual start, by first guesses of the impacts.
+    pub(in crate::tracks) fn starts(&self, impact_times_s: &[f64]) -> Result<Vec<Unknowns>, FitError> {
+        STARTS.into_iter().map(|factors| self.start(impact_times_s, factors)).collect()
+    }
+
+    /// As [`Self::start`], at a c_d in kilograms per second, which the model may state as none, and its own c_s.
     pub(in crate::tracks) fn start_at_c_d(
         &self,
         impact_times_s: &[f64],
