@@ -14,6 +14,7 @@ use crate::search::area::{Found, SearchArea};
 use crate::search::chance::{
     RARE, chance_zncc, chance_zncc_by, correlation_length_px, expected_zncc, fisher,
 };
+use crate::search::light::{Light, chance_in_light};
 use crate::search::patch::Patch;
 use crate::search::rivals::{Own, PlaceMatch, RIVAL_SHARE, best_rival};
 use crate::search::template::Template;
@@ -121,6 +122,8 @@ pub(crate) struct Standard {
     /// Whether the point itself lies on bare ground.
     is_bare: bool,
     patch: Patch,
+    /// Mean light of the last matches, or that of the reference.
+    light: Light,
     /// Mean correlation of the last matches, after Fisher's transform, and how many they were.
     usual: (f64, f64),
 }
@@ -140,6 +143,7 @@ impl Standard {
             own_px: correlation_length_px(subset),
             is_bare: is_bare_in_middle(subset),
             patch: Patch::of(subset),
+            light: Light::of(subset),
             usual: (0.0, 0.0),
         };
         if standard.acceptance == Acceptance::ByEvidence {
@@ -153,8 +157,9 @@ impl Standard {
     }
 
     /// The standard for the same subset when it is followed anew.
-    pub(crate) fn restart(&mut self) {
+    pub(crate) fn restart(&mut self, subset: &PreparedSubset) {
         self.usual = (0.0, 0.0);
+        self.light = Light::of(subset);
     }
 
     /// Distance, in pixels, of the nearest place that resembles the subset in its own reference; none where nothing does.
@@ -194,7 +199,7 @@ impl Standard {
         peaks.retain(|peak| apart_px(peak) > self.own_px);
         let mut between_pixels = |place_px| {
             let found = subset.solve(&window, Warp::at(place_px), &mut workspace).ok()?;
-            Some(PlaceMatch { warp: found.warp(), zncc: found.position.zncc })
+            Some(found.place())
         };
         let own = Own { place_px: own_px, zncc: 1.0, length_px: self.own_px };
         let of_peak = |peak: &Found| best_rival(own, std::slice::from_ref(peak), &mut between_pixels);
@@ -300,10 +305,13 @@ impl Standard {
         };
         let by_chance = match origin {
             Origin::Expected(start) if self.is_deformed_as(subset, &start, &found.warp) => {
-                match self.is_placed_as(&start, &found.warp) {
-                    true => chance_zncc_by(0, subset, 1.0, p),
-                    false => chance_zncc_by(2, subset, n_trials, p),
-                }
+                let (n_parameters, n_trials) =
+                    if self.is_placed_as(&start, &found.warp) { (0, 1.0) } else { (2, n_trials) };
+                let in_light = |light| {
+                    n_trials * chance_in_light(subset, n_parameters, found.zncc, [self.light, light]) < p
+                };
+                let is_in_light = found.light.is_some_and(in_light);
+                if is_in_light { 0.0 } else { chance_zncc_by(n_parameters, subset, n_trials, p) }
             }
             // What was found as little deformed as it was last was not made to resemble it by deforming it.
             Origin::Searched { may_be: [last, _], .. } if self.is_deformed_as(subset, &last, &found.warp) => {
@@ -378,9 +386,12 @@ impl Standard {
     }
 
     /// Notes a match that was believed.
-    pub(crate) fn note(&mut self, zncc: f64) {
+    pub(crate) fn note(&mut self, found: &PlaceMatch) {
         let (mean, n) = self.usual;
         let n = (n + 1.0).min(USUAL_FRAMES);
-        self.usual = (mean + (fisher(zncc) - mean) / n, n);
+        self.usual = (mean + (fisher(found.zncc) - mean) / n, n);
+        if let Some(light) = found.light {
+            self.light = self.light.averaged(light, n);
+        }
     }
 }

@@ -12,6 +12,7 @@ use crate::icgn::sums::{Evaluation, squares, sum};
 use crate::icgn::visible::{noise_ratio, structure_factor};
 use crate::interpolation_error::energy::Foreseen;
 use crate::prepared::linearised::Linearised;
+use crate::search::light::Light;
 use crate::simd::LANES;
 use crate::uncertainty::{Residual, angle_rad, sigma_px};
 use crate::warp::{Warp, distance_px};
@@ -73,10 +74,10 @@ impl PreparedSubset {
         workspace: &mut Workspace,
     ) -> Result<Match, Stop> {
         let end = self.iterate(window, start, workspace)?;
-        Ok(self.finish(&end, workspace))
+        Ok(self.finish(&end, window.level, workspace))
     }
 
-    fn finish(&self, end: &End, workspace: &Workspace) -> Match {
+    fn finish(&self, end: &End, level: f32, workspace: &Workspace) -> Match {
         let End { warp, found, iterations } = end;
         let residual = self.residual(warp, found, workspace);
         let noise_ratio = noise_ratio(self, &residual);
@@ -92,6 +93,7 @@ impl PreparedSubset {
             curvature: warp.curvature,
             noise_ratio,
             is_whole: true,
+            light: Light { mean: found.mean + f64::from(level), gain: found.gain },
         }
     }
 

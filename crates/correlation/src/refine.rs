@@ -126,7 +126,7 @@ impl<R: Refine> RefinedSubset<R> {
             search.find(frame, &mut Refined { recording, subset, method, window, workspace })?;
         // The whole reference resembles itself more than any frame does.
         if *reference != (frame..frame + 1) {
-            standard.note(found.zncc);
+            standard.note(&Refined::<R>::seen(&(place, found)));
         }
         let [x_px, y_px] =
             calibration.correct(place, &found).map(|(value, sigma)| Estimate::new(value, sigma));
@@ -169,7 +169,7 @@ impl<R: Refine> Locate for Refined<'_, R> {
     }
 
     fn seen((place, found): &Self::Found) -> PlaceMatch {
-        PlaceMatch { warp: Warp::at(*place), zncc: found.zncc }
+        PlaceMatch { warp: Warp::at(*place), zncc: found.zncc, light: None }
     }
 }
 
@@ -205,7 +205,7 @@ impl<R: Refine> Tracker for Points<'_, R> {
         for (point, found) in self.points.iter_mut().zip(found) {
             if let Ok(target) = &mut point.target {
                 point.history = History::restarted(found, target.subset.centre_px);
-                target.standard.restart();
+                target.standard.restart(&target.subset);
             }
         }
     }

@@ -10,7 +10,7 @@ use crate::field::seed::{LARGER, is_same_place};
 use crate::icgn::outcome::Match;
 use crate::search::area::SearchArea;
 use crate::search::chance::{correlation_length_px, fisher, is_told_by, n_independent, share_told};
-use crate::search::rivals::{Own, PlaceMatch, best_rival};
+use crate::search::rivals::{Own, best_rival};
 use crate::search::template::Template;
 use crate::warp::Warp;
 use crate::{PreparedSubset, Shape, Window, Workspace};
@@ -294,7 +294,7 @@ fn repeats(pair: &ImagePair<'_>, subset: &PreparedSubset, found: &Match, referen
     let own = Own { place_px: subset.centre_px, zncc: 1.0, length_px };
     best_rival(own, &peaks, |place_px| {
         let found = subset.solve(&window, Warp::at(place_px), &mut workspace).ok()?;
-        Some(PlaceMatch { warp: found.warp(), zncc: found.position.zncc })
+        Some(found.place())
     })
 }
 

@@ -2,6 +2,8 @@
 
 use chainwave_measurement::{Estimate, Lost, Position};
 
+use crate::search::light::Light;
+use crate::search::rivals::PlaceMatch;
 use crate::warp::Warp;
 
 /// Where a subset was found, and how it is deformed there.
@@ -17,6 +19,8 @@ pub struct Match {
     pub noise_ratio: f64,
     /// Whether the whole subset was matched; else what saturates, is no number or hides it was left out.
     pub is_whole: bool,
+    /// How bright it is.
+    pub(crate) light: Light,
 }
 
 impl Match {
@@ -24,6 +28,11 @@ impl Match {
         let Position { x_px, y_px, .. } = self.position;
         let position_px = [x_px.value, y_px.value];
         Warp { position_px, gradient: self.gradient, curvature: self.curvature }
+    }
+
+    pub(crate) fn place(&self) -> PlaceMatch {
+        let light = self.is_whole.then_some(self.light);
+        PlaceMatch { warp: self.warp(), zncc: self.position.zncc, light }
     }
 
     /// Whether its residuals are no more than noise leaves of so many pixels, where those of matches of the whole are so many times what noise

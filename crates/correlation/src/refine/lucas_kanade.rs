@@ -191,7 +191,7 @@ impl<'a> Flow<'a> {
         let (place, found) = search.find_after(frame, first, &mut single)?;
         // The whole reference resembles itself more than any frame does.
         if self.reference_frames != (frame..frame + 1) {
-            standard.note(found.zncc);
+            standard.note(&SingleFlow::seen(&(place, found)));
         }
         let [x_px, y_px] =
             calibration.correct(place, &found).map(|(value, sigma)| Estimate::new(value, sigma));
@@ -238,7 +238,7 @@ impl Locate for SingleFlow<'_> {
     }
 
     fn seen((place, found): &Self::Found) -> PlaceMatch {
-        PlaceMatch { warp: Warp::at(*place), zncc: found.zncc }
+        PlaceMatch { warp: Warp::at(*place), zncc: found.zncc, light: None }
     }
 }
 
@@ -259,7 +259,7 @@ impl Tracker for Flow<'_> {
         for (point, found) in self.points.iter_mut().zip(found) {
             if let Ok(target) = &mut point.target {
                 point.history = History::restarted(found, target.subset.centre_px);
-                target.standard.restart();
+                target.standard.restart(&target.subset);
             }
         }
     }

@@ -2,6 +2,7 @@
 
 use crate::search::area::Found;
 use crate::search::chance::fisher;
+use crate::search::light::Light;
 use crate::warp::Warp;
 
 /// Share of a match's correlation that a rival has between pixels at least.
@@ -12,6 +13,8 @@ pub(crate) const RIVAL_SHARE: f64 = 0.5;
 pub(crate) struct PlaceMatch {
     pub(crate) warp: Warp,
     pub(crate) zncc: f64,
+    /// Its light, where it was matched whole and by what tells that.
+    pub(crate) light: Option<Light>,
 }
 
 /// What rivals are held against.

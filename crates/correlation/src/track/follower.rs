@@ -170,7 +170,7 @@ impl<'a> Follower<'a> {
             _ => return,
         };
         if let Ok(target) = &mut self.target {
-            target.standard.restart();
+            target.standard.restart(&target.subset);
         }
         self.history = History::starting_at(Warp::at(position));
         self.continuity.restart(period_px(&self.target));
@@ -207,7 +207,7 @@ impl<'a> Follower<'a> {
                 let position = self.decay.total(self.with_reference_sigma(frame, found.position));
                 if !self.is_sole_reference(frame) {
                     if let Ok(target) = &mut self.target {
-                        target.standard.note(found.position.zncc);
+                        target.standard.note(&found.place());
                     }
                     self.renew(frame, &found, &position);
                 }
@@ -462,6 +462,6 @@ impl Locate for Matched<'_, '_> {
     }
 
     fn seen(found: &Match) -> PlaceMatch {
-        PlaceMatch { warp: found.warp(), zncc: found.position.zncc }
+        found.place()
     }
 }

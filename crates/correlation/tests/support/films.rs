@@ -113,6 +113,11 @@ pub fn large_subsets() -> Vec<Subset> {
     grid(SHORT.0, 16, 30)
 }
 
+/// Subsets of 11 x 11 px in a film of the short tests.
+pub fn small_subsets() -> Vec<Subset> {
+    grid(SHORT.0, 5, 13)
+}
+
 /// What a case is drawn by.
 pub struct Draw {
     random: Pcg64Mcg,
