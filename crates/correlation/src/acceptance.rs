@@ -350,6 +350,11 @@ impl Standard {
         if fisher(found.zncc) < best + self.noise { Err(Lost::Ambiguous) } else { Ok(()) }
     }
 
+    /// Whether a subset lies and is deformed so nearly as was expected that its texture would hardly tell.
+    pub(crate) fn is_as_expected(&self, subset: &PreparedSubset, expected: &Warp, found: &Warp) -> bool {
+        self.is_placed_as(expected, found) && self.is_deformed_as(subset, expected, found)
+    }
+
     /// Whether a subset lies so near to where it was expected that its texture would hardly tell.
     fn is_placed_as(&self, expected: &Warp, found: &Warp) -> bool {
         let [x, y] = [0, 1].map(|axis| found.position_px[axis] - expected.position_px[axis]);

@@ -69,9 +69,12 @@ impl FrameSearch<'_> {
                     reason
                 }
             },
-            None if !self.would_be_seen() => Lost::OutOfView,
-            None if self.reason == Lost::Ambiguous => Lost::Ambiguous,
-            None => Lost::LowCorrelation,
+            None => match self.expected_again(frame, locate) {
+                Some(found) => return Ok(found),
+                None if !self.would_be_seen() => Lost::OutOfView,
+                None if self.reason == Lost::Ambiguous => Lost::Ambiguous,
+                None => Lost::LowCorrelation,
+            },
         };
         for search in self.history.searches() {
             if search.deformations.is_some() && !L::DEFORMS {
@@ -118,6 +121,15 @@ impl FrameSearch<'_> {
             }
             _ => found,
         }
+    }
+
+    /// A match of a subset that is lost since a few frames, where it would be had it gone on as it did: no search is needed that has so many places
+    /// to be wrong in.
+    fn expected_again<L: Locate>(&self, frame: usize, locate: &mut L) -> Option<L::Found> {
+        let start = self.history.predict_after_loss()?;
+        let found = locate.locate(frame, start).ok()?;
+        let is_there = self.standard.is_as_expected(self.subset, &start, &L::seen(&found).warp);
+        is_there.then(|| self.verified(frame, found, Origin::Expected(start), locate).ok())?
     }
 
     fn verified<L: Locate>(

@@ -18,6 +18,11 @@ pub(crate) struct Search {
 /// Times the search radius that are searched at most, but for the whole frame.
 const MOST_RADII: usize = 4;
 
+/// Frames that a subset is lost for in which it is looked for where it would be, and searched for every time.
+const EAGER: usize = 4;
+/// A subset that comes back so near to where it is expected went on as it did.
+const WENT_ON_PX: f64 = 1.0;
+
 /// How far around a place is searched.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Reach {
@@ -77,14 +82,29 @@ impl History {
         }
     }
 
-    /// Adds the place in the next frame. After a loss the past says nothing of the velocity any more.
+    /// Adds the place in the next frame. After a loss the past says nothing of the velocity any more, unless the subset went on with it.
     pub(crate) fn found(&mut self, warp: Warp) {
         if self.n_lost > 0 {
+            let before = self.predict_after_loss().and_then(|expected| {
+                let [dx, dy] = [0, 1].map(|axis| warp.position_px[axis] - expected.position_px[axis]);
+                let last = self.last();
+                let share = 1.0 / (self.n_lost + 1) as f64;
+                let position_px = [0, 1].map(|axis| {
+                    warp.position_px[axis] + share * (last.position_px[axis] - warp.position_px[axis])
+                });
+                (dx.hypot(dy) < WENT_ON_PX).then_some(Warp { position_px, ..warp })
+            });
             self.recent.clear();
+            self.recent.extend(before);
         }
         self.recent.insert(0, warp);
         self.recent.truncate(3);
         self.n_lost = 0;
+    }
+
+    /// The expected place in the next frame of a subset that is lost since few frames.
+    pub(crate) fn predict_after_loss(&self) -> Option<Warp> {
+        (1..=EAGER).contains(&self.n_lost).then(|| self.predict())
     }
 
     /// Notes that the subset was not found in the next frame.
@@ -119,7 +139,6 @@ impl History {
     /// last, the farther around the longer it is lost; from the fifth lost frame on in every fourth alone. The whole frame is searched when 2
     /// frames are lost and every 16, which takes one product of spectra, and for the subset turned when 2, 16 and every 64 are.
     pub(crate) fn searches(&self) -> Vec<Search> {
-        const EAGER: usize = 4;
         const WHOLE: usize = 16;
         const WHOLE_TURNED: usize = 64;
         let turn = if self.n_lost < EAGER { self.n_lost } else { self.n_lost / EAGER };
