@@ -32,7 +32,8 @@ pub(crate) fn correlate(arguments: &cli::Correlate) -> Result<Outcome, Error> {
     let [reference, deformed] = open(arguments)?;
     let (field, choices) = field(arguments, choice, reference.as_ref(), deformed.as_ref())?;
     let line = closing(&field)?;
-    let strains = chainwave_correlation::strains(&field, usize::from(arguments.strain_window) / 2);
+    let reach = usize::from(arguments.strain_window) / 2;
+    let strains = chainwave_correlation::strains(&field, reach, threads(arguments.jobs));
     table::write_result(&arguments.out, field_table(&field, &strains))?;
     draw(&arguments.out, &field, &strains)?;
     choices.write_beside(&arguments.out)?;

@@ -62,7 +62,7 @@ fn a_strained_plane_is_found_whole_with_its_strain_and_honest_intervals() {
         field.points.iter().filter(|point| !in_view(point)).filter_map(|point| point.found.err()).collect();
     assert!(lost.len() > 50 && lost.iter().all(|&lost| lost == Lost::OutOfView), "{lost:?}");
 
-    let found: Vec<_> = strains(&field, 3).into_iter().flatten().collect();
+    let found: Vec<_> = strains(&field, 3, NonZero::<usize>::MIN).into_iter().flatten().collect();
     let green = strain + 0.5 * strain * strain;
     let [mean, std] = moments(&found.iter().map(|s| s.xx.value).collect::<Vec<_>>());
     let sigma = found.iter().map(|s| s.xx.sigma).sum::<f64>() / found.len() as f64;

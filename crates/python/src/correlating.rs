@@ -36,7 +36,7 @@ pub(crate) fn correlate(
     let work = move |_: &Monitor<'_>, link: &Arc<Link>| {
         let [reference, deformed] = pictures.map(|recording| Stoppable { recording, link: Arc::clone(link) });
         let found = request.carry_out(&reference, &deformed, &|n| link.advance(n))?;
-        let strains = strains(&found.field, strain_window / 2);
+        let strains = strains(&found.field, strain_window / 2, n_threads);
         Ok((field_table(&found.field, &strains), found))
     };
     let (table, found) = watched(py, progress, work)?;

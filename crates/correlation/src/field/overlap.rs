@@ -1,6 +1,6 @@
 //! How far the errors of two points of a field go together: by the pixels that their subsets share.
 
-use crate::Shape;
+use crate::{Field, Shape};
 
 /// The correlation of the noise of two points' displacements whose subsets of this side are so far apart.
 ///
@@ -21,6 +21,33 @@ pub(crate) fn noise_correlation(shapes: [Shape; 2], apart_px: [f64; 2], side_px:
         0 => flat / 4.0,
         1 => (flat + 1.25 * mixed) / (4.0_f64 * 14.0).sqrt(),
         _ => (flat + 2.5 * mixed + 1.5625 * curved) / 14.0,
+    }
+}
+
+/// The correlations of the noise of points of a grid.
+pub(crate) struct NoiseCorrelations {
+    /// Steps along x and y that points are apart at most, and one.
+    n_lags: usize,
+    /// By steps along y, then along x, and by how many of the two shape functions are quadratic.
+    by_lag: Vec<[f64; 3]>,
+}
+
+impl NoiseCorrelations {
+    /// Those of points up to so many steps apart.
+    pub(crate) fn of(field: &Field, most_steps: usize) -> Self {
+        let n_lags = most_steps + 1;
+        let side_px = (2 * field.half_px + 1) as f64;
+        let at = |lag: usize| {
+            let apart_px = [lag % n_lags, lag / n_lags].map(|steps| (steps * field.step_px) as f64);
+            [[Shape::Affine; 2], [Shape::Affine, Shape::Quadratic], [Shape::Quadratic; 2]]
+                .map(|shapes| noise_correlation(shapes, apart_px, side_px))
+        };
+        Self { n_lags, by_lag: (0..n_lags * n_lags).map(at).collect() }
+    }
+
+    /// That of two points so many steps apart.
+    pub(crate) fn between(&self, [columns, rows]: [usize; 2], n_quadratic: usize) -> f64 {
+        self.by_lag[rows * self.n_lags + columns][n_quadratic]
     }
 }
 

@@ -1,14 +1,17 @@
 //! The plane through neighbouring displacements of a field: its points, the weights of its slopes, and their covariance.
 
-use super::overlap::noise_correlation;
+use super::overlap::NoiseCorrelations;
 use crate::{Field, Shape};
 
 /// A point's offset from the centre, its displacement, and the variances of that.
 pub(super) struct Sample {
     pub(super) offset_px: [f64; 2],
+    /// Column and row of the field.
+    place: [usize; 2],
     pub(super) u_px: [f64; 2],
     sigma_px: [f64; 2],
-    shape: Shape,
+    /// 1 for the quadratic shape function.
+    n_quadratic: usize,
 }
 
 /// Every `stride`th point up to `reach` columns and rows away that was found.
@@ -25,7 +28,8 @@ pub(super) fn samples_around(field: &Field, point: usize, reach: usize, stride: 
         let point = &field.points[i];
         let position = point.found.as_ref().ok()?.position;
         Some(Sample {
-            shape: point.shape,
+            place: [i % field.n_columns, i / field.n_columns],
+            n_quadratic: usize::from(point.shape == Shape::Quadratic),
             offset_px: [point.x_px - centre.x_px, point.y_px - centre.y_px],
             u_px: [position.x_px.value - point.x_px, position.y_px.value - point.y_px],
             sigma_px: [position.x_px.sigma, position.y_px.sigma],
@@ -50,23 +54,45 @@ pub(super) fn slope_weights(samples: &[Sample]) -> Option<Vec<[f64; 2]>> {
     (determinant > 1e-9 * (xx + yy).powi(2)).then(|| samples.iter().map(from_mean).map(weights).collect())
 }
 
-/// Covariance of the slopes of one component of the displacement along two axes.
-pub(super) fn covariance(
-    field: &Field,
+/// Covariance of the slopes of one component of the displacement along x and y.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct SlopeCovariance {
+    pub(super) xx: f64,
+    pub(super) xy: f64,
+    pub(super) yy: f64,
+}
+
+impl SlopeCovariance {
+    /// The variance of the slope along an axis.
+    pub(super) fn along(&self, axis: usize) -> f64 {
+        if axis == 0 { self.xx } else { self.yy }
+    }
+
+    /// Adds what two samples share that weigh so much; each counts with the other once more unless they are one.
+    fn add(&mut self, shared: f64, [a, b]: [[f64; 2]; 2], is_one: bool) {
+        let times = if is_one { 1.0 } else { 2.0 };
+        self.xx += times * shared * a[0] * b[0];
+        self.yy += times * shared * a[1] * b[1];
+        self.xy += 0.5 * times * shared * (a[0] * b[1] + a[1] * b[0]);
+    }
+}
+
+/// Covariance of the slopes of u and of v.
+pub(super) fn covariances(
+    correlations: &NoiseCorrelations,
     samples: &[Sample],
     weights: &[[f64; 2]],
-    component: usize,
-    [a, b]: [usize; 2],
-) -> f64 {
-    let side = (2 * field.half_px + 1) as f64;
-    let mut sum = 0.0;
-    for (first, of_first) in samples.iter().zip(weights) {
-        for (second, of_second) in samples.iter().zip(weights) {
-            let [dx, dy] = [0, 1].map(|axis| first.offset_px[axis] - second.offset_px[axis]);
-            let correlation = noise_correlation([first.shape, second.shape], [dx, dy], side);
-            let shared = correlation * first.sigma_px[component] * second.sigma_px[component];
-            sum += of_first[a] * of_second[b] * shared;
+) -> [SlopeCovariance; 2] {
+    let mut covariances = [SlopeCovariance::default(); 2];
+    for (i, (first, of_first)) in samples.iter().zip(weights).enumerate() {
+        for (j, (second, of_second)) in samples.iter().zip(weights).enumerate().take(i + 1) {
+            let steps = [0, 1].map(|axis| first.place[axis].abs_diff(second.place[axis]));
+            let correlation = correlations.between(steps, first.n_quadratic + second.n_quadratic);
+            for (component, covariance) in covariances.iter_mut().enumerate() {
+                let shared = correlation * first.sigma_px[component] * second.sigma_px[component];
+                covariance.add(shared, [*of_first, *of_second], i == j);
+            }
         }
     }
-    sum
+    covariances
 }

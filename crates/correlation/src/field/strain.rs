@@ -1,9 +1,12 @@
 //! Strain of a field, by planes through neighbouring displacements.
 
-use chainwave_measurement::Estimate;
+use std::num::NonZero;
+
+use chainwave_measurement::{Estimate, map_in_parallel};
 
 use crate::Field;
-use crate::field::plane::{covariance, samples_around, slope_weights};
+use crate::field::overlap::NoiseCorrelations;
+use crate::field::plane::{covariances, samples_around, slope_weights};
 use crate::field::truncation::{Truncation, truncations};
 
 /// The Green-Lagrange strain of the reference's plane at one point, with rotation taken out.
@@ -24,16 +27,30 @@ pub struct Strain {
 /// The points' errors come from pixels, so two points share as much of their error as their subsets overlap: that
 /// share of area is taken for their correlation. What the plane leaves of a displacement that bends is part of the uncertainty
 /// (`field/truncation.rs`): where it exceeds the noise, intervals are as wide as it is around the point.
-pub fn strains(field: &Field, reach: usize) -> Vec<Option<Strain>> {
-    let truncations = truncations(field, reach);
-    truncations
-        .iter()
-        .enumerate()
-        .map(|(point, truncation)| strain_at(field, point, reach, truncation))
-        .collect()
+pub fn strains(field: &Field, reach: usize, n_threads: NonZero<usize>) -> Vec<Option<Strain>> {
+    let truncations = truncations(field, reach, n_threads);
+    let correlations = NoiseCorrelations::of(field, 2 * reach);
+    in_rows(field, n_threads, |point| strain_at(field, &correlations, point, reach, &truncations[point]))
 }
 
-fn strain_at(field: &Field, point: usize, reach: usize, truncation: &Truncation) -> Option<Strain> {
+/// What is worked out for each point of a field, row by row, on so many threads.
+pub(super) fn in_rows<T: Send + Sync>(
+    field: &Field,
+    n_threads: NonZero<usize>,
+    of_point: impl Fn(usize) -> T + Sync,
+) -> Vec<T> {
+    let n_columns = field.n_columns.max(1);
+    let of_row = |row: usize| -> Vec<T> { (row * n_columns..(row + 1) * n_columns).map(&of_point).collect() };
+    map_in_parallel(field.points.len() / n_columns, n_threads, of_row).into_iter().flatten().collect()
+}
+
+fn strain_at(
+    field: &Field,
+    correlations: &NoiseCorrelations,
+    point: usize,
+    reach: usize,
+    truncation: &Truncation,
+) -> Option<Strain> {
     let samples = samples_around(field, point, reach, 1);
     let side = 2 * reach + 1;
     if samples.len() * 2 < side * side || samples.len() < 3 {
@@ -43,21 +60,18 @@ fn strain_at(field: &Field, point: usize, reach: usize, truncation: &Truncation)
     let gradient = |component: usize, axis: usize| -> f64 {
         samples.iter().zip(&slopes).map(|(sample, weights)| weights[axis] * sample.u_px[component]).sum()
     };
-    let variance = |component: usize, a: usize, b: usize| {
-        let of_plane = if a == b { truncation[component][a] } else { 0.0 };
-        covariance(field, &samples, &slopes, component, [a, b]) + of_plane
-    };
+    let of_noise = covariances(correlations, &samples, &slopes);
+    let variance =
+        |component: usize, axis: usize| of_noise[component].along(axis) + truncation[component][axis];
     let [ux, uy, vx, vy] = [gradient(0, 0), gradient(0, 1), gradient(1, 0), gradient(1, 1)];
     let along = |value: f64, [du, dv]: [f64; 2], axis: usize| {
-        let sum = du * du * variance(0, axis, axis) + dv * dv * variance(1, axis, axis);
+        let sum = du * du * variance(0, axis) + dv * dv * variance(1, axis);
         Estimate::new(value, sum.max(0.0).sqrt())
     };
     // E = (F^T F - 1)/2, and the slopes of E by the displacement gradient.
     let shear = 0.5 * (uy + vx + ux * uy + vx * vy);
     let mixed = |component: usize, a: f64, b: f64| {
-        a * a * variance(component, 0, 0)
-            + b * b * variance(component, 1, 1)
-            + 2.0 * a * b * variance(component, 0, 1)
+        a * a * variance(component, 0) + b * b * variance(component, 1) + 2.0 * a * b * of_noise[component].xy
     };
     let shear_variance = 0.25 * (mixed(0, uy, 1.0 + ux) + mixed(1, 1.0 + vy, vx));
     Some(Strain {

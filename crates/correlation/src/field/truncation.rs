@@ -8,12 +8,17 @@
 //! of its plane. (The truncation of a local fit: B. Pan et al., Opt. Lasers Eng. 45 (2007) 645-650; F. Sur, B. Blaysat, M. Grediac,
 //! Exp. Mech. 58 (2018) 1029-1043.)
 
+use std::num::NonZero;
+use std::sync::OnceLock;
+
 use nalgebra::{DMatrix, DVector};
 
 use crate::Field;
-use crate::field::plane::{Sample, covariance, samples_around, slope_weights};
+use crate::field::overlap::NoiseCorrelations;
+use crate::field::plane::{Sample, covariances, samples_around, slope_weights};
 use crate::field::shape_error::bend::largest_mean;
 use crate::field::shape_error::grid::Grid;
+use crate::field::strain::in_rows;
 
 /// Variance of a gradient du/dx, du/dy, dv/dx, dv/dy by what the plane leaves, row by row.
 pub(super) type Truncation = [[f64; 2]; 2];
@@ -28,21 +33,29 @@ const LEAST_POINTS: usize = 15;
 const CLEAR: f64 = 10.8;
 
 /// The truncation of the plane at each point of a field.
-pub(super) fn truncations(field: &Field, reach: usize) -> Vec<Truncation> {
+pub(super) fn truncations(field: &Field, reach: usize, n_threads: NonZero<usize>) -> Vec<Truncation> {
     let stride = (field.half_px / field.step_px.max(1)).clamp(1, reach.max(1));
     let wide = (3 * reach).div_ceil(2).max(2).next_multiple_of(stride);
-    let found: Vec<[Option<Missed>; 2]> = (0..field.points.len())
-        .map(|point| {
-            let plane = samples_around(field, point, reach, 1);
-            let Some(slopes) = slope_weights(&plane) else { return [None; 2] };
-            // Beside what was lost, or in a corner, a cubic would reach far beyond what tells it.
-            let by = |samples: &[Sample], side: usize| {
-                (2 * samples.len() >= side * side).then(|| missed(field, &plane, &slopes, samples))?
-            };
-            let around = samples_around(field, point, wide, stride);
-            [by(&around, 2 * wide / stride + 1), by(&plane, 2 * reach + 1)]
-        })
-        .collect();
+    let (own_side, wide_side) = (2 * reach + 1, 2 * wide / stride + 1);
+    let correlations = NoiseCorrelations::of(field, 2 * wide.max(reach));
+    // Where all points of both windows were found the weights are the same.
+    let of_whole = [const { OnceLock::new() }; 2];
+    let found = in_rows(field, n_threads, |point| {
+        let plane = samples_around(field, point, reach, 1);
+        let Some(slopes) = slope_weights(&plane) else { return [None; 2] };
+        let is_whole = |samples: &[Sample], side: usize| samples.len() == side * side;
+        // Beside what was lost, or in a corner, a cubic would reach far beyond what tells it.
+        let by = |samples: &[Sample], side: usize, of_whole: &OnceLock<Option<Vec<[f64; 2]>>>| {
+            let weights = || missed_weights(&plane, &slopes, samples);
+            if is_whole(&plane, own_side) && is_whole(samples, side) {
+                return Some(missed(&correlations, samples, of_whole.get_or_init(weights).as_ref()?));
+            }
+            let is_enough = 2 * samples.len() >= side * side;
+            is_enough.then(|| Some(missed(&correlations, samples, &weights()?)))?
+        };
+        let around = samples_around(field, point, wide, stride);
+        [by(&around, wide_side, &of_whole[0]), by(&plane, own_side, &of_whole[1])]
+    });
     let n_columns = field.n_columns;
     let grid = Grid { n_columns, n_rows: found.len() / n_columns, step_px: field.step_px as f64 };
     let window = ((2 * reach + 1) * (2 * reach + 1)) as f64;
@@ -64,8 +77,8 @@ pub(super) fn truncations(field: &Field, reach: usize) -> Vec<Truncation> {
 /// What a plane misses of the gradients, and the variance of its noise.
 type Missed = [[[f64; 2]; 2]; 2];
 
-/// What the plane with these weights of its slopes misses of a polynomial of third order through some samples.
-fn missed(field: &Field, plane: &[Sample], slopes: &[[f64; 2]], samples: &[Sample]) -> Option<Missed> {
+/// How much each sample adds to what the plane with these weights of its slopes misses of a polynomial of third order through the samples.
+fn missed_weights(plane: &[Sample], slopes: &[[f64; 2]], samples: &[Sample]) -> Option<Vec<[f64; 2]>> {
     if samples.len() < LEAST_POINTS {
         return None;
     }
@@ -88,14 +101,19 @@ fn missed(field: &Field, plane: &[Sample], slopes: &[[f64; 2]], samples: &[Sampl
         let sums = [0.0; 3].into_iter().chain(BEYOND.into_iter().map(made));
         &design * normal.solve(&DVector::from_iterator(n_terms, sums))
     });
-    let weights: Vec<[f64; 2]> = (0..samples.len()).map(|k| [of_axes[0][k], of_axes[1][k]]).collect();
-    Some([0, 1].map(|component| {
+    Some((0..samples.len()).map(|k| [of_axes[0][k], of_axes[1][k]]).collect())
+}
+
+/// What a plane misses of a polynomial through some samples, by how much each adds to that.
+fn missed(correlations: &NoiseCorrelations, samples: &[Sample], weights: &[[f64; 2]]) -> Missed {
+    let of_noise = covariances(correlations, samples, weights);
+    [0, 1].map(|component| {
         [0, 1].map(|axis| {
-            let terms = samples.iter().zip(&weights);
+            let terms = samples.iter().zip(weights);
             let missed: f64 = terms.map(|(sample, weights)| weights[axis] * sample.u_px[component]).sum();
-            [missed, covariance(field, samples, &weights, component, [axis, axis])]
+            [missed, of_noise[component].along(axis)]
         })
-    }))
+    })
 }
 
 /// Sums over points of one gradient: the square of what is missed less its noise and the weight of that, the square over its noise, and 1.
