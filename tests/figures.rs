@@ -76,6 +76,35 @@ mod slow {
     }
 
     #[test]
+    fn a_table_beside_a_figure_that_is_not_its_own_is_left_as_it_is() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let of_sample = |name: &str| crate::support::root().join("data-samples").join(name);
+        let points = folder.path().join("points.csv");
+        fs::write(&points, "name,x_px,y_px\n1,25,19.5\n").expect("it can be written");
+        let tracks = folder.path().join("tracks.csv");
+        let mut track = chainwave();
+        track.arg("track").arg(of_sample("hec-view1-trial1.cine")).arg("--points").arg(&points);
+        succeed(
+            track
+                .arg("--out")
+                .arg(folder.path().join("t.csv"))
+                .arg("--picture")
+                .arg(folder.path().join("tracks")),
+        );
+        assert!(tracks.with_extension("cbor").is_file());
+        fs::write(&tracks, "mine,and,not,the,figure's\n1,2,3,4,5\n").expect("it can be written");
+        let said = chainwave().arg("figures").arg(folder.path()).output().expect("it starts");
+        assert!(said.status.success());
+        assert!(String::from_utf8_lossy(&said.stderr).contains("tracks.csv: holds something else"));
+        assert!(fs::read_to_string(&tracks).expect("it is there").starts_with("mine,"));
+        fs::remove_file(&tracks).expect("it is there");
+        succeed(chainwave().arg("figures").arg(folder.path()));
+        assert!(fs::read_to_string(&tracks).expect("it is written anew").starts_with("panel,series"));
+        let said = chainwave().arg("figures").arg(folder.path()).output().expect("it starts");
+        assert!(said.stderr.is_empty(), "a figure's own numbers are replaced");
+    }
+
+    #[test]
     fn a_figure_that_is_torn_is_named_and_the_others_are_drawn() {
         let laboratory = Laboratory::new();
         let (results, _) = laboratory.evaluate();

@@ -102,7 +102,13 @@ impl Choices {
             Some(step) => format!("chosen: half size {half_width} px, step {step} px"),
             None => format!("chosen: half size {half_width} x {half_height} px of {}", self.points(reason)),
         };
-        line.push_str(&format!(" ({reason}; aimed at {} px)", self.error_px));
+        let worst_px = of_reason().filter_map(|one| one.noise_px).fold(0.0, f64::max);
+        let missed = if worst_px > self.error_px {
+            format!(", not reached: {} px", two_digits(worst_px))
+        } else {
+            String::new()
+        };
+        line.push_str(&format!(" ({reason}; aimed at {} px{missed})", self.error_px));
         line
     }
 
@@ -130,6 +136,12 @@ impl Choices {
     pub(crate) fn path_beside(table: &Path) -> PathBuf {
         table.with_extension("provenance.toml")
     }
+}
+
+/// A positive number in two digits.
+fn two_digits(value: f64) -> String {
+    let n_decimals = (1.0 - value.log10().floor()).max(0.0) as usize;
+    format!("{value:.n_decimals$}")
 }
 
 /// The name of a recording without its folder.

@@ -1,9 +1,10 @@
 //! `chainwave figures`: the figures of results once more, in another style, from what was kept of them.
 
 use std::fs;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use chainwave_figures::{Draw, Format, Picture, Style};
+use chainwave_figures::{CSV_COLUMNS, Draw, Format, Picture, Style};
 
 use crate::cli::{self, FigureFormat};
 use crate::error::Error;
@@ -40,6 +41,7 @@ pub(crate) fn figures(arguments: &cli::Figures) -> Result<Outcome, Error> {
     let mut outcome = Outcome::default();
     let mut n_drawn = 0_usize;
     for path in &kept {
+        let formats = formats_beside(path, &formats);
         let drawn = Picture::read(path)
             .and_then(|picture| picture.draw(&style)?.write(&path.with_extension(""), &formats));
         match drawn {
@@ -52,6 +54,27 @@ pub(crate) fn figures(arguments: &cli::Figures) -> Result<Outcome, Error> {
     }
     say(results, n_drawn, format);
     Ok(outcome)
+}
+
+/// The formats of a figure, without the table of its numbers where another table stands in its place: the field that `correlate` drew, say.
+fn formats_beside(kept: &Path, formats: &[Format]) -> Vec<Format> {
+    let table = kept.with_extension("csv");
+    let is_taken = formats.contains(&Format::Csv) && is_other_table(&table);
+    if is_taken {
+        Outcome::note(format!(
+            "{}: holds something else than a figure's numbers, and is left as it is",
+            table.display()
+        ));
+    }
+    formats.iter().copied().filter(|format| !is_taken || *format != Format::Csv).collect()
+}
+
+/// Whether a file is there that is no figure's table.
+fn is_other_table(path: &Path) -> bool {
+    let Ok(file) = fs::File::open(path) else { return path.exists() };
+    let mut first = Vec::new();
+    let read = file.take(CSV_COLUMNS.len() as u64).read_to_end(&mut first);
+    read.is_err() || first != CSV_COLUMNS.as_bytes()
 }
 
 fn say(results: &Path, n_drawn: usize, format: &[FigureFormat]) {

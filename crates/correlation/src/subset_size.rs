@@ -3,7 +3,8 @@
 //! Two things bound a size from below. The noise floor, `sigma sqrt(1 + 1/m) / sqrt(sum of squared gradients)` and what the shape function
 //! adds, with the noise of a pixel measured in the reference, a mean of m frames. And chance: a match must be beyond doubt by itself
 //! even if its correlation fell as far as is still not called sudden ([`crate::acceptance`]). The smallest size above both is taken, since what
-//! a field's bending leaves in a subset grows with its size. From above it is bounded by the frame, and by neighbours: subsets of other points
+//! a field's bending leaves in a subset grows with its size. From above it is bounded by the frame, by the edges of a marker on even ground, and by
+//! neighbours: subsets of other points
 //! do not overlap, unless what lies between the points tells no place at all and they lie on one surface, whose texture has no gap between them.
 
 use std::fmt;
@@ -12,6 +13,7 @@ use chainwave_measurement::{Recording, Subset, median};
 
 use crate::acceptance::is_beyond_doubt;
 use crate::middle::shows_its_middle;
+use crate::reference::edge;
 use crate::{CorrelationError, PreparedSubset, Reference, ReferenceFrames, Settings};
 
 /// Least and most pixels on each side of the centre that are considered.
@@ -23,10 +25,6 @@ pub(crate) const BORDER_PX: usize = 5;
 
 /// Pixels on each side of the way to a neighbour that lines across it reach, at most.
 const ACROSS_PX: usize = 10;
-/// Share of the usual variance along such lines that one over ground has at most: along 21 px of texture, some five speckles, it is as small once in a hundred
-/// lines, and points of that surface then have subsets that do not overlap.
-const GROUND_SHARE: f64 = 0.05;
-
 /// A size of subsets, and why it was taken.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SubsetSize {
@@ -48,7 +46,7 @@ pub enum SizeReason {
     Accuracy,
     /// The smallest that chance does not resemble, which is more accurate than was asked for.
     Unambiguous,
-    /// The largest that the frame and the neighbours allow, which is not as accurate as was asked for.
+    /// The largest that the frame, the marker and the neighbours allow, which is not as accurate as was asked for.
     Bounded,
     /// Smaller than noise asks for, as the field bends.
     Bending,
@@ -61,7 +59,7 @@ impl fmt::Display for SizeReason {
         f.pad(match self {
             Self::Accuracy => "the smallest of that accuracy",
             Self::Unambiguous => "the smallest that chance does not resemble",
-            Self::Bounded => "the largest that frame and neighbours allow",
+            Self::Bounded => "the largest that frame, marker and neighbours allow",
             Self::Bending => "less than noise asks for, as the field bends",
             Self::NoTexture => "there is no texture",
         })
@@ -69,7 +67,7 @@ impl fmt::Display for SizeReason {
 }
 
 /// The smallest subset around a place whose noise floor is at most `error_px` along both axes and that chance does not resemble; where the
-/// frame or the places of `others` allow none, the largest that they do, up to 60 px. It is square, but where a side is bounded.
+/// frame, the marker or the places of `others` allow none, the largest that they do, up to 60 px. It is square, but where a side is bounded.
 ///
 /// # Errors
 /// [`CorrelationError::SubsetOutside`] when not even the smallest subset lies in the frame, and as [`Reference::read`].
@@ -90,6 +88,7 @@ pub fn subset_size(
     };
     let in_frame = [room(0, info.width_px), room(1, info.height_px)];
     let reference = Reference::read(recording, &subset_at(place_px, in_frame), reference)?;
+    let in_frame = on_marker(&reference, place_px, in_frame);
     let alone = between(place_px, others, in_frame);
     let best = best_within(&reference, place_px, alone, error_px);
     let size = match best.reason {
@@ -104,6 +103,19 @@ pub fn subset_size(
         _ => best,
     };
     Ok(size.into_size())
+}
+
+/// What is left of the room around a place for subsets that stay within the edges of the marker that it lies on: beyond its ground lie other things, which
+/// move otherwise.
+fn on_marker(reference: &Reference, place_px: [f64; 2], in_frame: [usize; 2]) -> [usize; 2] {
+    let mut room = in_frame;
+    for half in sizes(in_frame[0].max(in_frame[1])) {
+        let clear = edge::clear_of_ground(reference, &subset_at(place_px, room.map(|room| room.min(half))));
+        for (room, clear) in room.iter_mut().zip(clear) {
+            *room = clear.map_or(*room, |clear| clear.max(LEAST_HALF_PX)).min(*room);
+        }
+    }
+    room
 }
 
 /// The largest subset, within one that the frame holds, that reaches no more than half the way to any other place.
@@ -144,14 +156,12 @@ fn has_ground_beside(
             reference.usable_pixel(at)
         };
         let values: Vec<f64> = (-half..=half).map(pixel).collect::<Option<_>>()?;
-        let n = values.len() as f64;
-        let mean = values.iter().sum::<f64>() / n;
-        Some(values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / n)
+        Some(edge::variance(&values))
     };
     let lines: Option<Vec<f64>> = (0..way_px[axis].abs() as i64).map(variance).collect();
     let Some(lines) = lines else { return true };
     let least = lines.iter().copied().fold(f64::INFINITY, f64::min);
-    median(lines).is_some_and(|usual| least < GROUND_SHARE * usual)
+    median(lines).is_some_and(|usual| least < edge::GROUND_SHARE * usual)
 }
 
 fn subset_at([x_px, y_px]: [f64; 2], [half_width_px, half_height_px]: [usize; 2]) -> Subset {
@@ -257,6 +267,26 @@ mod tests {
             !has_ground_beside(&surface, [60.0, 12.0], &[], [14, 6]),
             "no neighbour, no ground beside it"
         );
+    }
+
+    #[test]
+    fn subsets_stay_on_their_marker() {
+        // Texture on columns 40 to 79 and rows 20 to 59, on grey.
+        let image = |is_marked: fn([usize; 2]) -> bool| {
+            let value = |i: usize| {
+                let (x, y) = ((i % 120) as f32, (i / 120) as f32);
+                let texture =
+                    (1.3 * x + 0.4 * y).sin() + (0.5 * x - 1.1 * y).cos() + (0.7 * x + 0.9 * y).cos();
+                if is_marked([i % 120, i / 120]) { 1000.0 + 200.0 * texture } else { 400.0 }
+            };
+            Reference::new(Region::whole(120, 80), (0..120 * 80).map(value).collect(), 1).unwrap()
+        };
+        let marker = image(|[x, y]| (40..80).contains(&x) && (20..60).contains(&y));
+        // Two columns within the marker's last, on the nearer side: 57 - 40 - 2.
+        assert_eq!(on_marker(&marker, [57.0, 40.0], [50, 34]), [15, 17]);
+        let strip = image(|[_, y]| (20..60).contains(&y));
+        assert_eq!(on_marker(&strip, [57.0, 40.0], [50, 34]), [50, 17]);
+        assert_eq!(on_marker(&image(|_| true), [57.0, 40.0], [50, 34]), [50, 34]);
     }
 
     #[test]

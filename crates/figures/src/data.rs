@@ -42,10 +42,12 @@ impl DataSet {
     }
 }
 
+/// The names of the columns of a figure's table, a line that no other table begins with.
+pub const CSV_COLUMNS: &str = "panel,series,x_quantity,x,sigma_x,y_quantity,y,sigma_y,colour_quantity,colour";
+
 /// The table of all sets, one row a point, as comma-separated values; a point that has no place is left out.
 pub(crate) fn csv(sets: &[DataSet]) -> String {
-    let mut table =
-        String::from("panel,series,x_quantity,x,sigma_x,y_quantity,y,sigma_y,colour_quantity,colour\n");
+    let mut table = format!("{CSV_COLUMNS}\n");
     for set in sets {
         let [panel, series, x, y, colour] =
             [&set.panel, &set.series, &set.x, &set.y, &set.colour].map(|name| quoted(name));

@@ -73,7 +73,7 @@ mod typeface;
 
 pub use contact_curve::ContactCurve;
 pub use coverage::{CoverageCount, CoverageRow};
-pub use data::{DataRow, DataSet};
+pub use data::{CSV_COLUMNS, DataRow, DataSet};
 pub use dispersion::DispersionPanel;
 pub use displacements::{BodyMotion, PointMotion, RecordingMotion};
 pub use error::FigureError;

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use chainwave_measurement::{Recording, Subset};
+use chainwave_measurement::{Recording, Subset, median};
 
 use crate::reference::pixel_bounds;
 use crate::{CorrelationError, Reference, ReferenceFrames};
@@ -31,6 +31,10 @@ impl SharpEdge {
 /// Pixels between an edge and what is left of a subset: nearer, it moves positions by some hundredths of a pixel, by how it lies between pixels.
 const CLEAR_PX: i64 = 2;
 
+/// Share of the usual variance along lines of a texture that one over ground has at most: along 21 px of texture, some five speckles, it is as small once
+/// in a hundred lines.
+pub(crate) const GROUND_SHARE: f64 = 0.05;
+
 /// A side of a subset.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Side {
@@ -42,6 +46,16 @@ pub enum Side {
     Above,
     /// Towards larger y.
     Below,
+}
+
+impl Side {
+    /// 0 where subsets grow towards it along x, 1 along y.
+    fn axis(self) -> usize {
+        match self {
+            Self::Left | Self::Right => 0,
+            Self::Above | Self::Below => 1,
+        }
+    }
 }
 
 impl fmt::Display for Side {
@@ -116,6 +130,49 @@ pub(crate) fn clear_of_edges(reference: &Reference, subset: &Subset) -> Subset {
     let xs = [(x0 + left) as f64 - 0.5, (x1 - right) as f64 + 0.5].map(|x| x - subset.x_px);
     let ys = [(y0 + above) as f64 - 0.5, (y1 - below) as f64 + 0.5].map(|y| y - subset.y_px);
     subset.clone().within(vec![[xs[0], ys[0]], [xs[1], ys[0]], [xs[1], ys[1]], [xs[0], ys[1]]])
+}
+
+/// Pixels beyond an edge whose lines are ground, or none of the marker that ends there.
+const GROUND_PX: std::ops::RangeInclusive<i64> = 2..=4;
+
+/// Columns and rows to each side of a subset's centre that keep clear of edges beyond doubt behind which ground lies: those of a marker.
+pub(crate) fn clear_of_ground(reference: &Reference, subset: &Subset) -> [Option<usize>; 2] {
+    let half_px = [subset.half_width_px, subset.half_height_px];
+    let found = beside(reference, subset);
+    [0, 1].map(|axis| {
+        let is_ground = |found: &&Beside| {
+            found.is_told && found.edge.side.axis() == axis && ends_in_ground(reference, subset, found)
+        };
+        let inner = |found: &Beside| half_px[axis] as i64 + found.distance_px - CLEAR_PX;
+        found.iter().filter(is_ground).map(inner).min().map(|inner| usize::try_from(inner).unwrap_or(0))
+    })
+}
+
+/// Whether lines along an edge have next to no contrast beyond it, of that of the subset's own.
+fn ends_in_ground(reference: &Reference, subset: &Subset, found: &Beside) -> bool {
+    let [x0, x1, y0, y1] = pixel_bounds(subset);
+    let contrast = |distance: i64| {
+        let line: Option<Vec<f64>> = match found.edge.side {
+            Side::Left => (y0..=y1).map(|y| reference.usable_pixel([x0 - distance, y])).collect(),
+            Side::Right => (y0..=y1).map(|y| reference.usable_pixel([x1 + distance, y])).collect(),
+            Side::Above => (x0..=x1).map(|x| reference.usable_pixel([x, y0 - distance])).collect(),
+            Side::Below => (x0..=x1).map(|x| reference.usable_pixel([x, y1 + distance])).collect(),
+        };
+        line.map(|line| variance(&line))
+    };
+    let n_lines = if found.edge.side.axis() == 0 { x1 - x0 } else { y1 - y0 };
+    let own = (-n_lines..found.distance_px - CLEAR_PX).filter_map(contrast).collect();
+    let Some(usual) = median(own) else { return false };
+    GROUND_PX
+        .map(|away| found.distance_px + away)
+        .all(|distance| contrast(distance).is_some_and(|it| it < GROUND_SHARE * usual))
+}
+
+/// The variance of a line of pixels.
+pub(crate) fn variance(line: &[f64]) -> f64 {
+    let n = line.len() as f64;
+    let mean = line.iter().sum::<f64>() / n;
+    line.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / n
 }
 
 /// What may be an edge along a side.
