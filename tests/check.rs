@@ -75,6 +75,17 @@ mod slow {
         let (code, found) = checked(&laboratory);
         let said = found["warnings"].to_string();
         assert!(code == Some(1) && said.contains("while the chain should rest"), "{found}");
+        // The same in milliseconds, which is after the end of the film.
+        let in_ms = plan.replace("rest_until_s = -0.00008", "rest_until_s = 0.5");
+        fs::write(recordings.join("experiment.toml"), in_ms).expect("it can be written");
+        let (code, found) = checked(&laboratory);
+        let said = found["error"].to_string();
+        assert!(
+            code == Some(2)
+                && said.contains("tracking.rest_until_s")
+                && said.contains("0.0005 if it is in ms"),
+            "{found}"
+        );
         fs::write(recordings.join("experiment.toml"), plan).expect("it can be written");
 
         lost.iter().skip(1).for_each(|path| fs::remove_file(path).expect("it can be removed"));

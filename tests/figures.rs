@@ -78,7 +78,7 @@ mod slow {
     #[test]
     fn a_table_beside_a_figure_that_is_not_its_own_is_left_as_it_is() {
         let folder = tempfile::tempdir().expect("a folder");
-        let of_sample = |name: &str| crate::support::root().join("data-samples").join(name);
+        let of_sample = |name: &str| crate::support::repository::root().join("data-samples").join(name);
         let points = folder.path().join("points.csv");
         fs::write(&points, "name,x_px,y_px\n1,25,19.5\n").expect("it can be written");
         let tracks = folder.path().join("tracks.csv");

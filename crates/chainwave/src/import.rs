@@ -32,13 +32,14 @@ use crate::error::Error;
 use crate::outcome::Outcome;
 use crate::output::make_folder;
 use crate::output::write_json;
-use crate::run::{draw_motion, write_measurement};
+use crate::run::{PROVENANCE, draw_motion, write_measurement};
 use crate::run_files::RESULTS;
 use crate::terminal::{say, tell};
 
 /// Reads the trials of a mapping, merges and measures them, and writes tables, figures and `results.json`.
 pub(crate) fn import(arguments: &cli::Import) -> Result<Outcome, Error> {
     let mapping = Mapping::read(&arguments.mapping)?;
+    expect_no_run(&arguments.out)?;
     let beside = arguments.mapping.parent().unwrap_or(Path::new(""));
     let folder = arguments.data.as_deref().unwrap_or(beside);
     let mut outcome = Outcome::default();
@@ -72,6 +73,17 @@ pub(crate) fn import(arguments: &cli::Import) -> Result<Outcome, Error> {
     write_json(&arguments.out.join(RESULTS), &results(&stitched, &measurement))?;
     print(&mapping.name, &stitched, &measurement);
     Ok(outcome)
+}
+
+/// Refuses a folder with results of `run`: some of their files would be replaced, and others stay.
+fn expect_no_run(folder: &Path) -> Result<(), Error> {
+    match folder.join(PROVENANCE).exists() {
+        true => Err(Error::Argument(format!(
+            "{}: expected a folder without results of `chainwave run`, found {PROVENANCE} (hint: another --out)",
+            folder.display()
+        ))),
+        false => Ok(()),
+    }
 }
 
 /// Refuses a rest that no trial outlasts: nothing would be left to measure.

@@ -68,6 +68,8 @@ fn check_views(setup: &Setup, n_threads: NonZero<usize>, mut sanity: Sanity) -> 
     if views.is_empty() {
         return Ok(sanity);
     }
+    sanity.findings.extend(stated::frame_rate(setup, &views));
+    stated::rest(setup, &views)?;
     sanity.findings.extend(stated::scale(setup, &views)?);
     sanity.findings.extend(stated::masses(setup, &views)?);
     sanity.findings.extend(stated::velocity(setup, &views));

@@ -12,6 +12,8 @@ use crate::timing::states_depth;
 const MOST_SATURATED: f64 = 0.01;
 /// Relative difference of exposures that changes no dark level to speak of.
 const SAME_EXPOSURE: f64 = 0.01;
+/// Share of a sensor's pixels that are defective at most: of a sound one it is a thousandth or less, of frames that show a scene a third.
+const MOST_DEFECTS: f64 = 0.02;
 
 /// What a sensor's pixels add and multiply, and which of them are defects: count of light = (count - dark) gain.
 #[derive(Debug, Clone, PartialEq)]
@@ -132,6 +134,19 @@ impl SensorCorrection {
             expected: "frames that are brighter than the dark ones".into(),
             found: "none".into(),
         })?;
+        let n_pixels = correction.width_px * correction.height_px;
+        let n_defects = correction.defects.defects().len();
+        if n_defects as f64 > MOST_DEFECTS * n_pixels as f64 {
+            return Err(CameraError::Correction {
+                path: named.path().into(),
+                what: "defective pixels".into(),
+                expected: format!(
+                    "at most {} % of all, with frames that show nothing but the dark, or an evenly lit field",
+                    100.0 * MOST_DEFECTS
+                ),
+                found: format!("{:.1} %", 100.0 * n_defects as f64 / n_pixels as f64),
+            });
+        }
         correction.bit_depth = Some(named.info().bit_depth);
         correction.states_depth = states_depth(named.info());
         correction.dark_exposure_s = dark.and_then(|dark| dark.info().exposure_s);

@@ -21,7 +21,25 @@ pub(super) fn remarks(
 ) -> Vec<String> {
     let at_rest = AtRest::of(observations, rest_until_s);
     let of_rest = at_rest.iter().flat_map(AtRest::remarks);
-    of_rest.chain(beyond_all(measurement)).chain(order::remarks(observations, rest_until_s)).collect()
+    of_rest
+        .chain(odd_speed(measurement))
+        .chain(beyond_all(measurement))
+        .chain(order::remarks(observations, rest_until_s))
+        .collect()
+}
+
+/// Speeds of waves in chains, in metres a second: those of the slowest that fall under their weight, and beyond sound in any solid.
+const USUAL_SPEEDS_M_PER_S: std::ops::Range<f64> = 0.1..2e4;
+
+/// What is to be said of a speed that no chain has.
+fn odd_speed(measurement: &Measurement) -> Option<String> {
+    let speed_m_per_s = measurement.group_velocity.as_ref().ok()?.velocity_m_per_s.value;
+    (!USUAL_SPEEDS_M_PER_S.contains(&speed_m_per_s.abs())).then(|| {
+        format!(
+            "the group velocity is {speed_m_per_s:.3e} m/s, as of no wave in a chain (hint: is chain.pitch_m in metres, displacement.unit_m in \
+             metres a unit, time.unit_s in seconds a unit?)"
+        )
+    })
 }
 
 /// How samples scatter at rest, in their stated sigmas.

@@ -86,6 +86,11 @@ pub(crate) fn first_lines(info: &RecordingInfo, seen: Option<&SeenInRecording>) 
         ),
         subset: subset_lines([subset.half_width_px, subset.half_height_px]),
         rest: seen.rest_until_s.map_or(asked.rest, |rest_s| {
+            if info.rate_hz.is_none() {
+                return format!(
+                    "FILL_IN            # frames before this time show the chain at rest: {rest_s:.0} / rate_hz, as found in the first recording"
+                );
+            }
             format!("{rest_s:.3e}        # frames before this time (after the trigger) show the chain at rest: found in the first recording")
         }),
     }
@@ -143,8 +148,15 @@ impl Draft<'_> {
         let PictureLines { scale, scale_table, first_body, subset, rest } = &self.pictures;
         let first_ms = 1e3 * self.info.times_s.first().copied().unwrap_or(0.0);
         let last_ms = 1e3 * self.info.times_s.last().copied().unwrap_or(0.0);
+        let (span, rate) = match self.info.rate_hz {
+            Some(_) => (format!("from {first_ms:.3} to {last_ms:.3} ms"), ""),
+            None => (
+                "without a frame rate".to_owned(),
+                "rate_hz = FILL_IN                 # frames per second, which the recordings do not state\n",
+            ),
+        };
         format!(
-            "# The first recording: {format}, {width} x {height} px, {bits} bit, {n} frames from {first_ms:.3} to {last_ms:.3} ms.
+            "# The first recording: {format}, {width} x {height} px, {bits} bit, {n} frames {span}.
 # FILL_IN marks what only you know. SI units.
 name = {name}
 trials = \"trials.csv\"             # recording, view, trial, stage_m (position of the stage along the chain)
@@ -166,7 +178,7 @@ delta_0_m = {delta_0_m}
 p = {p}
 
 [camera]
-{scale}first_body_px = {first_body}
+{rate}{scale}first_body_px = {first_body}
 {scale_table}
 [tracking]
 {subset}

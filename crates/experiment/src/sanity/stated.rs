@@ -81,6 +81,46 @@ pub(super) fn scale(setup: &Setup, views: &[ViewAtRest]) -> Result<Option<Findin
     Ok(None)
 }
 
+/// Recordings without a frame rate: times count frames, and so does whatever follows from them.
+pub(super) fn frame_rate(setup: &Setup, views: &[ViewAtRest]) -> Option<Finding> {
+    let view = views.iter().find(|view| view.recording.info().rate_hz.is_none())?;
+    let recording = &view.trial.recording;
+    setup.experiment.camera.rate_hz.is_none().then(|| Finding {
+        code: "frame_rate",
+        subject: "camera.rate_hz".into(),
+        text: format!(
+            "{recording} states no frame rate: times count frames and not seconds, also tracking.rest_until_s, and no speed or damping can be \
+             right (hint: rate_hz = 25000, say)"
+        ),
+    })
+}
+
+/// The rest must end while something is still filmed.
+///
+/// # Errors
+/// [`Error::Configuration`] where it lasts as long as every recording.
+pub(super) fn rest(setup: &Setup, views: &[ViewAtRest]) -> Result<(), Error> {
+    let rest_until_s = setup.experiment.tracking.rest_until_s;
+    let infos = || views.iter().map(|view| view.recording.info());
+    let last_s = infos().filter_map(RecordingInfo::last_s).fold(f64::NEG_INFINITY, f64::max);
+    if rest_until_s < last_s || last_s == f64::NEG_INFINITY {
+        return Ok(());
+    }
+    let first_s = infos().filter_map(|info| info.times_s.first().copied()).fold(f64::INFINITY, f64::min);
+    let in_ms = 1e-3 * rest_until_s;
+    let hint = match (first_s..last_s).contains(&in_ms) {
+        true => format!("{in_ms} if it is in ms"),
+        false => "frames before it show the chain at rest; times count from the trigger".into(),
+    };
+    Err(Error::Configuration {
+        path: setup.path.clone(),
+        message: format!(
+            "tracking.rest_until_s: expected a time before the last frame, at {last_s:.6} s, found {rest_until_s} s: nothing is left that moves \
+             (hint: {hint})"
+        ),
+    })
+}
+
 /// Times of profiles that are filmed; a time that no recording reaches is drawn nowhere.
 pub(super) fn profile_times(setup: &Setup, views: &[ViewAtRest]) -> Option<Finding> {
     let last_s =
