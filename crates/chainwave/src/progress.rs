@@ -3,7 +3,7 @@
 use std::io::IsTerminal;
 use std::time::Duration;
 
-use chainwave_experiment::{Monitor, Progress};
+use chainwave_experiment::{Monitor, Progress, Stage};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::interrupt;
@@ -42,6 +42,14 @@ pub(crate) fn monitor<'a>(show: &'a (dyn Fn(Progress) + Sync)) -> Monitor<'a> {
 /// Shows what a stage of the library reports on a bar of its name.
 pub(crate) fn shown_on(bar: &ProgressBar) -> impl Fn(Progress) + Sync + '_ {
     move |progress| match progress {
+        Progress::Planned(Stage::Evaluating, steps) => {
+            interrupt::stop_at_once(true);
+            bar.inc_length(steps);
+        }
+        Progress::Ended(Stage::Evaluating) => {
+            interrupt::stop_at_once(false);
+            bar.finish_and_clear();
+        }
         Progress::Planned(_, steps) => bar.inc_length(steps),
         Progress::Done(_, steps) => bar.inc(steps),
         Progress::Ended(_) => bar.finish_and_clear(),
