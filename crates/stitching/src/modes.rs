@@ -241,19 +241,56 @@ impl AlignmentState<'_> {
                 |(row, i): (usize, usize)| if groups[row] == groups[lead] { error_m(row, i) } else { 0.0 };
             let displacement_m = Array2::from_shape_fn((field.len(), self.times_s.len()), alike);
             modes.push(ErrorSource::Response { first_body: lead + 1 }, &displacement_m);
+            for order in [2, 3] {
+                let of_stated = |row: usize| match groups[row] == groups[lead] {
+                    true => self.left_of_order_m(&field[row], row, order),
+                    false => vec![0.0; self.times_s.len()],
+                };
+                let left_m: Vec<f64> = (0..field.len()).flat_map(of_stated).collect();
+                if let Ok(left_m) = Array2::from_shape_vec((field.len(), self.times_s.len()), left_m)
+                    && left_m.iter().any(|left_m| *left_m != 0.0)
+                {
+                    modes.push(ErrorSource::Response { first_body: lead + 1 }, &left_m);
+                }
+            }
         }
+    }
+
+    /// What the stated chain's response of second or third order leaves in a body's mean motion, by time: an error as large as that is where the wave passes, which
+    /// one in proportion to the motion is not.
+    fn left_of_order_m(&self, of_body: &FittedBody, row: usize, order: i32) -> Vec<f64> {
+        let none = || vec![0.0; self.times_s.len()];
+        let Some(beyond) = self.settings.stated_responses.get(row).map(|response| &response.beyond) else {
+            return none();
+        };
+        let has_moved =
+            |i: &usize| of_body.at(*i).response.motion_m.abs() > beyond.reached_m && beyond.reached_m > 0.0;
+        let Some(reached) = (0..self.times_s.len()).find(has_moved) else { return none() };
+        let left_m = |i: usize| {
+            let of_unit_m = beyond.at_m(self.times_s[i] - self.times_s[reached])[(order - 2) as usize];
+            of_unit_m * self.untold_power(of_body.at(i), order)
+        };
+        (0..self.times_s.len()).map(left_m).collect()
+    }
+
+    /// A power of the drives' deviation in the mean of all recordings, less what the readings of a body at a time tell of it.
+    fn untold_power(&self, FittedTime { contributions, response }: FittedTime<'_>, order: i32) -> f64 {
+        let mean = self.drive.iter().map(|s| s.powi(order)).sum::<f64>() / self.drive.len() as f64;
+        let power = |c: &Contribution| self.drive[c.recording].powi(order);
+        let taken: f64 = contributions.iter().map(|c| response.gain(c, &self.drive) * power(c)).sum();
+        mean - taken
     }
 
     /// Standard deviation of the mean motion beyond what the readings' own noise explains. Where too few recordings tell how the response is curved,
     /// `bend` is how far its slope departs from the motion, relative to that: a weak non-linearity curves it by as much.
     fn response_error_m(
         &self,
-        FittedTime { contributions, response }: FittedTime<'_>,
+        at: FittedTime<'_>,
         bend: Option<f64>,
         rms_m: f64,
         sizes: ResponseSizes,
     ) -> f64 {
-        let [slope_m, curvature_m] = response.prior_errors_m();
+        let [slope_m, curvature_m] = at.response.prior_errors_m();
         // The priors let responses differ from plain scaling and from a weak non-linearity as the usual ones may at any scale of the drives; at the true
         // one curvatures differ from the latter by less, or by as much as those of the stated chain.
         let prior = self.settings.response_sizes;
@@ -263,12 +300,7 @@ impl AlignmentState<'_> {
             Scale::Open | Scale::Held => sizes.curvature,
         };
         // What an order of the response that is not fitted makes of the mean motion.
-        let of_order_m = |order: i32, size: f64| {
-            let mean = self.drive.iter().map(|s| s.powi(order)).sum::<f64>() / self.drive.len() as f64;
-            let power = |c: &Contribution| self.drive[c.recording].powi(order);
-            let taken: f64 = contributions.iter().map(|c| response.gain(c, &self.drive) * power(c)).sum();
-            size * rms_m * (mean - taken)
-        };
+        let of_order_m = |order: i32, size: f64| size * rms_m * self.untold_power(at, order);
         let second_order_m = match bend {
             None => curvature / prior.curvature * curvature_m,
             Some(bend) => of_order_m(2, bend.hypot(sizes.non_linearity)),

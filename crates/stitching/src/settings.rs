@@ -89,14 +89,19 @@ impl Settings {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::stated_response::ModelResponse;
+    use crate::stated_response::{BeyondSlope, ModelResponse};
 
     #[test]
     fn a_stated_chain_widens_what_is_usual_and_narrows_nothing() {
         let silent =
             ModelResponse { interval_s: 1e-5, furthest_m: 0.0, motion_m: Vec::new(), slope_m: Vec::new() };
         let sizes = ResponseSizes { slope: 0.2, curvature: 0.1, non_linearity: 1.2, third_order: 3.5 };
-        let stated_responses = vec![StatedResponse { stated: silent, otherwise: Vec::new(), sizes }];
+        let stated_responses = vec![StatedResponse {
+            stated: silent,
+            otherwise: Vec::new(),
+            sizes,
+            beyond: BeyondSlope::default(),
+        }];
         let settings = Settings { stated_responses, ..Settings::new(2, 0.0) };
         let expected = ResponseSizes { non_linearity: 1.2, third_order: 3.5, ..ResponseSizes::USUAL };
         assert_eq!(settings.sizes_of(0), expected);

@@ -38,6 +38,33 @@ pub struct StatedResponse {
     pub otherwise: Vec<ModelResponse>,
     /// How large the response is, as stated, while the recordings last.
     pub sizes: ResponseSizes,
+    /// How it goes over time beyond what a weak non-linearity makes of its slope.
+    pub beyond: BeyondSlope,
+}
+
+/// What a body's response to the drive has beyond X + s S + s^2 (S - X), from before it moves until the recordings end.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct BeyondSlope {
+    /// Time from one sample to the next, in seconds.
+    pub interval_s: f64,
+    /// How far the body has moved, in metres, when it counts as reached; and the sample in which it has.
+    pub reached_m: f64,
+    /// As above.
+    pub reached: usize,
+    /// Q - (S - X) and C, of s^2 and s^3, in metres.
+    pub orders_m: Vec<[f64; 2]>,
+}
+
+impl BeyondSlope {
+    /// The orders at a time after the body was reached; zero before and behind what is known.
+    pub(crate) fn at_m(&self, since_reached_s: f64) -> [f64; 2] {
+        let place = self.reached as f64 + since_reached_s / self.interval_s;
+        let before = place.floor();
+        let share = place - before;
+        let sample = |at: f64| if at >= 0.0 { self.orders_m.get(at as usize).copied() } else { None };
+        let [from, to] = [before, before + 1.0].map(|at| sample(at).unwrap_or_default());
+        [0, 1].map(|k| (1.0 - share) * from[k] + share * to[k])
+    }
 }
 
 /// How a body's slope departs from its motion over its onset: S = scale X + delay dX/dt.

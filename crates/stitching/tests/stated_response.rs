@@ -3,7 +3,9 @@
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on should panic")]
 
 use chainwave_measurement::{BodyTrack, Estimate, Observation};
-use chainwave_stitching::{ModelResponse, ResponseSizes, Settings, StatedResponse, Stitched, merge};
+use chainwave_stitching::{
+    BeyondSlope, ModelResponse, ResponseSizes, Settings, StatedResponse, Stitched, merge,
+};
 use rand::SeedableRng;
 use rand_distr::{Distribution, Normal};
 use rand_pcg::Pcg64Mcg;
@@ -63,7 +65,12 @@ fn stated(body: usize) -> StatedResponse {
         motion_m: times_s().map(|t| displacement_m(body, t, 0.0)).collect(),
         slope_m: times_s().map(slope_m).collect(),
     };
-    StatedResponse { stated, otherwise: Vec::new(), sizes: ResponseSizes::USUAL }
+    StatedResponse {
+        stated,
+        otherwise: Vec::new(),
+        sizes: ResponseSizes::USUAL,
+        beyond: BeyondSlope::default(),
+    }
 }
 
 fn stitched(observations: &[Observation], stated_responses: Vec<StatedResponse>) -> Stitched {

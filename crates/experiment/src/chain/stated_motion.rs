@@ -5,7 +5,7 @@ use std::num::NonZero;
 use chainwave_analysis::exact_motion;
 use chainwave_measurement::map_in_parallel;
 use chainwave_mechanics::{Change, Schedule, Sensitivities, Simulation, simulate_with_sensitivities};
-use chainwave_stitching::{ModelResponse, ResponseSizes, StatedResponse};
+use chainwave_stitching::{BeyondSlope, ModelResponse, ResponseSizes, StatedResponse};
 use ndarray::{Array2, ArrayView1, s};
 
 use crate::chain::chain_model::STARTING_SHARES;
@@ -66,6 +66,7 @@ impl StatedMotion {
             stated: onset(&stated, body),
             otherwise: otherwise.iter().map(|other| onset(other, body)).collect(),
             sizes: by_drive.sizes(body),
+            beyond: by_drive.beyond(&stated, body),
         };
         let responses = (0..experiment.chain.n_bodies).map(response).collect();
         Ok(Self { simulation: stated.simulation, responses })
@@ -138,6 +139,18 @@ fn onset(driven: &Sensitivities, body: usize) -> ModelResponse {
     }
 }
 
+/// A body that has moved this share of its way counts as reached by the wave.
+const REACHED: f64 = 0.05;
+
+/// A body's response to the drive's deviation s at one time: X + s S + s^2 Q + s^3 C.
+struct OrdersOfResponse {
+    motion_m: f64,
+    /// S - X.
+    departure_m: f64,
+    second_m: f64,
+    third_m: f64,
+}
+
 /// Motions and their slopes with drives that are weaker by their scatter, as stated, and stronger.
 struct ByDrive<'a> {
     scatter: f64,
@@ -155,23 +168,50 @@ impl<'a> ByDrive<'a> {
         }
     }
 
-    /// How large a body's response is: of X(s) the orders in the drive's deviation s from values and slopes at -h, 0 and h.
+    /// The orders of a body's response, by time: of X(s) those in the drive's deviation s from values and slopes at -h, 0 and h.
     ///
     /// With X(s) = X + s S + s^2 Q + s^3 C + s^4 R the mean of both sides is X + h^2 Q + h^4 R, half the difference of their slopes 2 h Q + 4 h^3 R, and
     /// the mean of these S + 3 h^2 C.
-    fn sizes(&self, body: usize) -> ResponseSizes {
+    fn orders_m(&self, body: usize) -> impl Iterator<Item = OrdersOfResponse> + '_ {
         let h = self.scatter;
         let [weaker_m, stated_m, stronger_m] = self.motions_m.map(|motion_m| motion_m.row(body));
         let [slope_of_weaker_m, slope_m, slope_of_stronger_m] =
             self.slopes_m.map(|slope_m| slope_m.row(body));
-        let mut squares = [0.0; 5];
-        for (i, x_m) in stated_m.iter().enumerate() {
+        (0..stated_m.len()).map(move |i| {
+            let x_m = stated_m[i];
             let slopes_m = [slope_of_weaker_m[i] / (1.0 - h), slope_of_stronger_m[i] / (1.0 + h)];
             let bent_m = 0.5 * (weaker_m[i] + stronger_m[i]) - x_m;
-            let q_m = 2.0 * bent_m / h.powi(2) - (slopes_m[1] - slopes_m[0]) / (4.0 * h);
-            let c_m = (0.5 * (slopes_m[0] + slopes_m[1]) - slope_m[i]) / (3.0 * h.powi(2));
-            let departure_m = slope_m[i] - x_m;
-            let orders_m = [*x_m, departure_m, q_m, q_m - departure_m, c_m];
+            OrdersOfResponse {
+                motion_m: x_m,
+                departure_m: slope_m[i] - x_m,
+                second_m: 2.0 * bent_m / h.powi(2) - (slopes_m[1] - slopes_m[0]) / (4.0 * h),
+                third_m: (0.5 * (slopes_m[0] + slopes_m[1]) - slope_m[i]) / (3.0 * h.powi(2)),
+            }
+        })
+    }
+
+    /// What a body's response has beyond its slope and a weak non-linearity, over the stated motion.
+    fn beyond(&self, stated: &Sensitivities, body: usize) -> BeyondSlope {
+        let motion = &stated.simulation.trajectory;
+        let furthest_m =
+            self.orders_m(body).fold(0.0_f64, |furthest, orders| furthest.max(orders.motion_m.abs()));
+        let reached_m = REACHED * furthest_m;
+        let reached = self.orders_m(body).position(|orders| orders.motion_m.abs() > reached_m).unwrap_or(0);
+        let orders_m =
+            self.orders_m(body).map(|orders| [orders.second_m - orders.departure_m, orders.third_m]);
+        BeyondSlope {
+            interval_s: motion.times_s[1] - motion.times_s[0],
+            reached_m,
+            reached,
+            orders_m: orders_m.collect(),
+        }
+    }
+
+    /// How large a body's response is.
+    fn sizes(&self, body: usize) -> ResponseSizes {
+        let mut squares = [0.0; 5];
+        for OrdersOfResponse { motion_m, departure_m, second_m, third_m } in self.orders_m(body) {
+            let orders_m = [motion_m, departure_m, second_m, second_m - departure_m, third_m];
             squares.iter_mut().zip(orders_m).for_each(|(sum, order_m)| *sum += order_m * order_m);
         }
         let [of_motion, slope, curvature, non_linearity, third_order] = squares;
