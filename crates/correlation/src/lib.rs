@@ -114,7 +114,7 @@ pub use foreign::{FlowSettings, ForeignMethods, GrayImage, has_foreign, register
 pub use grid_choice::{ChosenGrid, PicturePair};
 pub use icgn::outcome::{Match, Workspace};
 pub use markers::{Marker, MarkerRow, propose_markers};
-pub use method::{METHODS, Method};
+pub use method::Method;
 pub use prepared::PreparedSubset;
 pub use reference::edge::{SharpEdge, Side, detected_edge, sharp_edge};
 pub use reference::{Reference, mean_of_frames};

@@ -116,7 +116,7 @@ pub use timing::unresolved::add_unresolved_motion;
 pub use tracked::{Origin, Tracked, TrackedRecording};
 pub use tracking::follow::{EdgeNote, Followed, FollowedSubset, edges_beside, follow, threads_of_each};
 pub use tracking::key::TrackKey;
-pub use tracking::matching::{MethodChoice, USUAL_ERROR_PX};
+pub use tracking::matching::{MethodChoice, NamedMatching, USUAL_ERROR_PX};
 pub use tracking::picture_field::{FieldRequest, FoundField};
 pub use tracking::points::{FollowedPoints, PlacedPoint, PlacedSubset, PointTracking, subsets_in};
 pub use tracking::share::Share;
