@@ -82,9 +82,11 @@ pub use pulses::{
     Collision, Direction, Pass, Pulse, PulseSettings, Pulses, Sense, follow_pulses, measure_pulses,
     power_exponent,
 };
-pub use replicas::replicate;
+pub use replicas::{Replicas, replicate};
 pub use rule::{FalseRate, Rule, SIGNIFICANCE_LEVEL};
 pub use spacing::Spacing;
-pub use spectrum::{GapSpectrum, LocalResonance, TailSpectrum, dominant_frequency, tail_spectrum};
+pub use spectrum::{
+    DominantFrequency, GapSpectrum, LocalResonance, TailSpectrum, dominant_frequency, tail_spectrum,
+};
 pub use strain::{StrainMap, exact_motion, normalised_residuals, strain_map};
 pub use velocity::{GroupVelocity, Reflection, SpeedFit, fit_speed, one_speed_rule, undisturbed_gaps};
