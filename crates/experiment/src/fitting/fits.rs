@@ -5,8 +5,8 @@ use std::num::NonZero;
 use chainwave_analysis::{Departure, Measurement, Pulses, Spacing};
 use chainwave_inference::{
     EnergyFit, EnergyModel, FitError, ImposedFit, ImposedModel, Known, LeftByStated, Quantity, ReleasedFit,
-    ReleasedModel, TrackFit, TrackModel, fit_imposed, fit_peak_energies, fit_release, fit_tracks, reached,
-    scatter_of_bodies, softening,
+    ReleasedModel, StatedSearch, TrackFit, TrackModel, fit_imposed, fit_peak_energies, fit_release,
+    fit_tracks, reached, scatter_of_bodies, softening,
 };
 use chainwave_measurement::{Estimate, Observation, SharedReadingError};
 use chainwave_mechanics::Chain;
@@ -117,26 +117,26 @@ impl Material<'_> {
         model: &TrackModel,
         elsewhere: Option<f64>,
     ) -> Result<TrackFit, FitError> {
-        let fit = |model: &TrackModel| fit_tracks(reached, impacts_s, model, elsewhere);
-        if !self.may_be_geometry((reached, impacts_s), model) {
-            return fit(model);
+        let stated = StatedSearch::new(reached, impacts_s, model)?;
+        if !self.may_be_geometry(&stated) {
+            return stated.fit(elsewhere);
         }
-        let open = fit(&TrackModel { usual_errors: self.usual_geometry.errors.clone(), ..model.clone() });
+        let open = TrackModel { usual_errors: self.usual_geometry.errors.clone(), ..model.clone() };
+        let open = fit_tracks(reached, impacts_s, &open, elsewhere);
         if open.as_ref().is_ok_and(TrackFit::leaves_noise_alone) {
             return open;
         }
-        let as_square = fit(model)?;
+        let as_square = stated.fit(elsewhere)?;
         Ok(open.ok().filter(|_| !as_square.leaves_noise_alone()).unwrap_or(as_square))
     }
 
-    /// Whether a usual geometry may be behind what the model leaves over in these tracks.
-    fn may_be_geometry(&self, (reached, impacts_s): (&[Observation], &[f64]), model: &TrackModel) -> bool {
-        let is_open = !self.usual_geometry.errors.is_empty();
+    /// Whether a usual geometry may be behind what the stated model leaves over.
+    fn may_be_geometry(&self, stated: &StatedSearch<'_>) -> bool {
         let is_as_small = |left: LeftByStated| {
             let size = left.structure.size.max((left.reduced_chi_squared - 1.0).max(0.0).sqrt());
             size < LARGEST_BY_GEOMETRY
         };
-        is_open && LeftByStated::of(reached, impacts_s, model).is_ok_and(is_as_small)
+        !self.usual_geometry.errors.is_empty() && stated.left().is_some_and(is_as_small)
     }
 
     /// The chain model as a fit to the tracks starts from it, and the recordings, with their impacts as the alignment has them, that tell when
