@@ -41,7 +41,7 @@ use crate::error::Error;
 use crate::kept::KeptFolder;
 use crate::on_demand;
 use crate::outcome::Outcome;
-use crate::output::make_folder;
+use crate::output::{expect_apart_from_recordings, make_folder};
 use crate::parallel::threads;
 use crate::progress;
 use crate::terminal;
@@ -51,6 +51,7 @@ pub(crate) fn run(arguments: &cli::Run) -> Result<Outcome, Error> {
     let mut whole = Setup::read(&arguments.experiment, arguments.recordings.as_deref())?;
     whole.takes_partial = arguments.partial;
     on_demand::expect_recordings_of(&whole)?;
+    expect_apart_from_recordings(&arguments.out, whole.trials.iter().map(|trial| whole.path_of(trial)))?;
     make_folder(&arguments.out)?;
     let batch = Batch { setups: whole.by_striker(), whole, arguments };
     match arguments.share {
