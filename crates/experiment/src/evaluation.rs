@@ -118,22 +118,16 @@ pub fn evaluate(
     let read_off = || material.read_off(&of_all.shared, &step);
     let (read, fits) = both_in_parallel(n_threads, read_off, || material.fits(&observations, &step));
     let ReadOff { measurement, pulses, energy_fit } = read?;
+    let damping = damping_of(&fits, &energy_fit, critical_kg_per_s(chain));
     let Fits { reached, track_fit, departures, imposed_fit, release_fit } = fits;
     let used = measurement.group_velocity.as_ref().ok().map(|velocity| velocity.gaps.0..=velocity.gaps.1);
-    let critical = critical_kg_per_s(chain);
-    let without_release = || StatedDamping::of(&track_fit, &imposed_fit, &energy_fit, critical);
-    let of_release = release_fit.as_ref().map(|fit| StatedDamping::of_release(fit, critical));
-    let damping = of_release.unwrap_or_else(without_release);
     let recording_alignments =
         RecordingAlignments::of(&stitched.alignments, accepted(&track_fit), experiment.far_striker.is_some());
+    let mut notices = notices(experiment, &tracked.recordings, &observations, &recording_alignments);
+    notices.extend(before_the_wave(&observations, &reached));
+    notices.extend(of_drive(experiment, &observations));
     let of_model = track_fit.iter().flat_map(TrackFit::warnings);
-    let mut notices: Vec<Finding> =
-        notices(experiment, &tracked.recordings, &observations, &recording_alignments)
-            .into_iter()
-            .chain(before_the_wave(&observations, &reached))
-            .chain(of_drive(experiment, &observations))
-            .chain(Finding::all_of("chain_model", "the chain model", of_model))
-            .collect();
+    notices.extend(Finding::all_of("chain_model", "the chain model", of_model));
     let believed = track_fit.as_ref().ok().filter(|fit| fit.is_believed());
     notices.extend(believed.and_then(|fit| usual_geometry.finding(&fit.usual_amplitudes, &stitched.motion)));
     let model = believed
@@ -142,10 +136,8 @@ pub fn evaluate(
     let by_model = accepted(&track_fit)
         .map(|fit| aligned_motion(&reached, fit, &stitched.motion.times_s))
         .and_then(|aligned| aligned.map_err(|why| notices.push(not_aligned(&why))).ok());
-    let speed = match &measurement.group_velocity {
-        Ok(found) => speed(experiment, &stated, found.velocity_m_per_s)?,
-        Err(_) => None,
-    };
+    let c_g = measurement.group_velocity.as_ref().ok().map(|found| found.velocity_m_per_s);
+    let speed = c_g.map(|c_g| speed(experiment, &stated, c_g)).transpose()?.flatten();
     step();
     monitor.ended(Stage::Evaluating);
     Ok(Evaluation {
@@ -171,6 +163,18 @@ pub fn evaluate(
         model,
         by_model,
     })
+}
+
+/// The damping that stands for the experiment: of a chain that is let go by its own fit, of others by those to tracks and energies.
+fn damping_of(
+    fits: &Fits,
+    energy_fit: &Result<EnergyFit, FitError>,
+    critical_kg_per_s: f64,
+) -> StatedDamping {
+    match &fits.release_fit {
+        Some(fit) => StatedDamping::of_release(fit, critical_kg_per_s),
+        None => StatedDamping::of(&fits.track_fit, &fits.imposed_fit, energy_fit, critical_kg_per_s),
+    }
 }
 
 /// What the alignment does not know of the chain's drive.
