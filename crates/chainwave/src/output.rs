@@ -4,7 +4,7 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::{Component, Path, PathBuf};
 
-use chainwave_durable::NewFile;
+use chainwave_durable::{NewFile, folder_of};
 use serde::Serialize;
 
 use crate::error::Error;
@@ -113,11 +113,6 @@ fn place(path: &Path) -> PathBuf {
         folder => place(folder),
     };
     path.file_name().map_or_else(|| folder.clone(), |name| folder.join(name))
-}
-
-/// The folder that a path lies in.
-fn folder_of(path: &Path) -> &Path {
-    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
 /// Removes a file, if it is there.
