@@ -24,7 +24,7 @@ mod velocity;
 use std::path::{Path, PathBuf};
 
 use chainwave_experiment::{
-    Evaluation, RecordingState, Setup, Share, check_share, compare_strikers, track_share,
+    Evaluation, RecordingState, Setup, Share, TrackedShare, check_share, compare_strikers, track_share,
 };
 use serde_json::{Value, json};
 
@@ -120,7 +120,8 @@ impl Batch<'_> {
         let sanity = check_share(setup, n_threads)?;
         name_findings(&sanity.findings);
         let monitor = progress::monitor(&show);
-        let (n_tracked, failed) = track_share(setup, &sanity, share, &store, n_threads, &monitor)?;
+        let TrackedShare { n_tracked, failed } =
+            track_share(setup, &sanity, share, &store, n_threads, &monitor)?;
         name_failed(&failed, outcome);
         summary::print_share(setup, n_tracked);
         Ok(())

@@ -24,11 +24,10 @@ use crate::evaluation::notices::{
     aligned_by_one_striker, aligned_without_body_1, before_the_wave, not_aligned, not_shown, notices,
 };
 use crate::evaluation::recording_alignment::RecordingAlignments;
-use crate::finding::Finding;
+use crate::finding::{Finding, LeftOutRecording};
 use crate::fitting::damping::StatedDamping;
 use crate::fitting::fits::{Departures, Fits, Material, ReadOff, known};
 use crate::fitting::model_beside::{ModelBeside, model_beside};
-use crate::merging::joining::Unjoined;
 use crate::merging::joint::Joint;
 use crate::merging::merged;
 use crate::merging::picture_geometry::PictureGeometry;
@@ -47,7 +46,7 @@ pub struct Evaluation {
     /// Recordings that contradict the others of their view, and were left out.
     pub left_out: Vec<Outlier>,
     /// Recordings whose view could not be joined with the others.
-    pub unjoined: Vec<Unjoined>,
+    pub unjoined: Vec<LeftOutRecording>,
     /// What contradicts the experiment.
     pub findings: Vec<Finding>,
     /// Whether the camera moves.
@@ -192,11 +191,12 @@ impl Evaluation {
 
     /// What the reader should know.
     pub fn warnings(&self) -> Vec<Finding> {
-        let left_out = self.left_out_recordings().into_iter().map(|(recording, reason)| Finding {
-            code: "left_out",
-            subject: recording,
-            text: format!("it was left out: {reason}"),
-        });
+        let left_out =
+            self.left_out_recordings().into_iter().map(|LeftOutRecording { recording, reason }| Finding {
+                code: "left_out",
+                subject: recording,
+                text: format!("it was left out: {reason}"),
+            });
         let aligned = Finding::all_of("alignment", "the alignment", self.stitched.warnings.iter().cloned());
         let of_damping = Finding::all_of("damping", "the damping", self.damping.warnings.iter().cloned());
         let findings = self.findings.iter().cloned().chain(left_out).chain(self.of_camera.iter().cloned());
@@ -204,10 +204,12 @@ impl Evaluation {
     }
 
     /// Recordings that were tracked and have no part in the motion, each with the reason.
-    pub fn left_out_recordings(&self) -> Vec<(String, String)> {
-        let contradict = self.left_out.iter().map(|one| (one.recording.clone(), one.evidence.to_string()));
-        let unjoined = self.unjoined.iter().map(|one| (one.recording.clone(), one.reason.clone()));
-        contradict.chain(unjoined).collect()
+    pub fn left_out_recordings(&self) -> Vec<LeftOutRecording> {
+        let contradict = self.left_out.iter().map(|one| LeftOutRecording {
+            recording: one.recording.clone(),
+            reason: one.evidence.to_string(),
+        });
+        contradict.chain(self.unjoined.iter().cloned()).collect()
     }
 }
 

@@ -47,7 +47,7 @@ pub use hypothesis::{Hypothesis, UNSTATED_MASS_SCATTER, UNSTATED_STIFFNESS_SCATT
 pub use model::TrackModel;
 pub use outcome::{FittedRecording, TrackFit};
 pub use profile::Interval;
-pub use reached::reached;
+pub use reached::{Reached, reached};
 pub use structure::{Structure, structure_rule};
 pub use usual_amplitudes::UsualAmplitudes;
 

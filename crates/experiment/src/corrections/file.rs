@@ -22,10 +22,19 @@ const COLUMNS: [&str; 8] =
 /// The corrections of an experiment; none where there is no file of them.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Corrections {
-    /// The file's name as the experiment has it, and the SHA-256 of its bytes in hexadecimal digits.
-    pub source: Option<(String, String)>,
+    /// The file that says so.
+    pub source: Option<CorrectionsSource>,
     /// What it says, in its order.
     pub list: Vec<Correction>,
+}
+
+/// A file of corrections.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CorrectionsSource {
+    /// Its name, as the experiment has it.
+    pub name: String,
+    /// SHA-256 of its bytes, in hexadecimal digits.
+    pub sha256: String,
 }
 
 impl Corrections {
@@ -48,18 +57,19 @@ impl Corrections {
                 return Err(table.cell(row, "body", &format!("1 to {n_bodies}"), &body.to_string()));
             }
         }
-        Ok(Self { source: Some((name.display().to_string(), sha256)), list })
+        Ok(Self { source: Some(CorrectionsSource { name: name.display().to_string(), sha256 }), list })
     }
 
-    /// What a file of corrections says, and the SHA-256 of its bytes in hexadecimal digits; nothing is known of the experiment here.
+    /// What a file of corrections says; nothing is known of the experiment here.
     ///
     /// # Errors
     /// A file that cannot be read, a missing column, and a cell that makes no sense.
-    pub fn read(path: &Path) -> Result<(Vec<Correction>, String), Error> {
-        Self::read_with_table(path).map(|(_, list, sha256)| (list, sha256))
+    pub fn read(path: &Path) -> Result<Self, Error> {
+        let (_, list, sha256) = Self::read_with_table(path)?;
+        Ok(Self { source: Some(CorrectionsSource { name: path.display().to_string(), sha256 }), list })
     }
 
-    /// As [`Corrections::read`], with the table itself, which tells where a row stands.
+    /// The corrections of a file and the digest of its bytes, with the table itself, which tells where a row stands.
     fn read_with_table(path: &Path) -> Result<(Table, Vec<Correction>, String), Error> {
         let text = read_text(path)?;
         let table = Table::parse_csv(path, &text)?;
@@ -179,7 +189,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join(CORRECTIONS_FILE);
         std::fs::write(&path, text).unwrap();
-        Corrections::read(&path).map(|(list, _)| list).map_err(|error| error.to_string())
+        Corrections::read(&path).map(|found| found.list).map_err(|error| error.to_string())
     }
 
     #[test]

@@ -4,9 +4,9 @@ use std::num::NonZero;
 
 use chainwave_analysis::{Departure, Measurement, Pulses, Spacing};
 use chainwave_inference::{
-    EnergyFit, EnergyModel, FitError, ImposedFit, ImposedModel, Known, LeftByStated, Quantity, ReleasedFit,
-    ReleasedModel, StatedSearch, TrackFit, TrackModel, fit_imposed, fit_peak_energies, fit_release,
-    fit_tracks, reached, scatter_of_bodies, softening,
+    EnergyFit, EnergyModel, FitError, ImposedFit, ImposedModel, Known, LeftByStated, Quantity, Reached,
+    ReleasedFit, ReleasedModel, StatedSearch, TrackFit, TrackModel, fit_imposed, fit_peak_energies,
+    fit_release, fit_tracks, reached, scatter_of_bodies, softening,
 };
 use chainwave_measurement::{Estimate, Observation, SharedReadingError};
 use chainwave_mechanics::Chain;
@@ -95,7 +95,7 @@ impl Material<'_> {
     pub(crate) fn fits(&self, observations: &[Observation], step: &impl Fn()) -> Fits {
         let imposed_fit = self.behind_body_1();
         let (reached, track_fit) = match self.reached(observations) {
-            Ok((model, reached, impacts_s)) => {
+            Ok((model, Reached { observations: reached, impact_times_s: impacts_s })) => {
                 let elsewhere = imposed_fit.as_ref().ok().map(|fit| fit.chain_damping_kg_per_s.value);
                 let fit = self.fit_to((&reached, &impacts_s), &model, elsewhere);
                 (reached, fit)
@@ -141,18 +141,15 @@ impl Material<'_> {
 
     /// The chain model as a fit to the tracks starts from it, and the recordings, with their impacts as the alignment has them, that tell when
     /// its wave came.
-    fn reached(
-        &self,
-        observations: &[Observation],
-    ) -> Result<(TrackModel, Vec<Observation>, Vec<f64>), FitError> {
+    fn reached(&self, observations: &[Observation]) -> Result<(TrackModel, Reached), FitError> {
         let model = track_model(self.experiment, self.chain.clone(), self.known, self.n_threads)?;
         let model = TrackModel { reading_errors: self.reading_errors.to_vec(), ..model };
         let alignments = &self.stitched.alignments;
         let impact_s = first_impact_s(&self.stitched.motion, self.chain)?;
         let impacts_s: Vec<f64> =
             alignments.iter().map(|one| impact_s + one.trigger_offset_s.value).collect();
-        let (reached, impacts_s) = reached(observations, &impacts_s, &model)?;
-        Ok((model, reached, impacts_s))
+        let reached = reached(observations, &impacts_s, &model)?;
+        Ok((model, reached))
     }
 
     /// Drive of each recording, relative to the mean drive, less one.

@@ -5,9 +5,9 @@ use std::num::NonZero;
 use chainwave_analysis::{MeasureSettings, PeakEnergies, exact_motion, measure, replicate};
 use chainwave_inference::{EnergyFit, EnergyModel, FitError, Known, Quantity, fit_peak_energies};
 use chainwave_measurement::{ChainMotion, Estimate};
-use chainwave_mechanics::{Chain, Drive, FarEnd, Schedule, Striker, simulate};
+use chainwave_mechanics::{Chain, Drive, FarEnd, PowerLaw, Schedule, Striker, simulate};
 
-use crate::common::{INTERVAL_S, PITCH_M, paper_chain, ring_law, with_sigma};
+use crate::common::{INTERVAL_S, PITCH_M, paper_chain, with_sigma};
 
 const N_BODIES: usize = 12;
 const N_REPLICAS: usize = 100;
@@ -15,7 +15,7 @@ const VELOCITY: Estimate = Estimate { value: 2.73, sigma: 0.01 };
 
 fn measured(motion: &ChainMotion) -> PeakEnergies {
     let settings = MeasureSettings { n_replicas: N_REPLICAS, ..MeasureSettings::new(PITCH_M, 1) };
-    let law = ring_law();
+    let law = PowerLaw::ELLIPTICAL_RING;
     let measured = measure(motion, &settings, Some(&|_, overlap_m| law.energy_j(overlap_m))).unwrap();
     measured.energies.unwrap()
 }
@@ -39,7 +39,7 @@ fn fitted(motion: &ChainMotion, known: Vec<Known>) -> EnergyFit {
         damping_kg_per_s: vec![0.001; N_BODIES],
         ground_stiffness_n_per_m: Vec::new(),
         ground_law: None,
-        contact: ring_law().into(),
+        contact: PowerLaw::ELLIPTICAL_RING.into(),
         drive: Drive::Striker(striker),
         far_end: FarEnd::Free,
     };
@@ -87,7 +87,7 @@ fn short(c_d: f64, c_s: f64) -> Chain {
         damping_kg_per_s: vec![c_d; N_BODIES],
         ground_stiffness_n_per_m: Vec::new(),
         ground_law: None,
-        contact: ring_law().into(),
+        contact: PowerLaw::ELLIPTICAL_RING.into(),
         drive: Drive::Striker(striker),
         far_end: FarEnd::Free,
     }

@@ -5,9 +5,9 @@ use std::num::NonZero;
 use chainwave_analysis::{exact_motion, replicate};
 use chainwave_inference::{FitError, ImposedModel, Known, Quantity, fit_imposed};
 use chainwave_measurement::ChainMotion;
-use chainwave_mechanics::FarEnd;
+use chainwave_mechanics::{FarEnd, PowerLaw};
 
-use crate::common::{paper_chain, ring_law, with_late_view, with_sigma};
+use crate::common::{paper_chain, with_late_view, with_sigma};
 
 const N_BODIES: usize = 12;
 const C_D: f64 = 0.003;
@@ -18,7 +18,7 @@ fn model(known: Vec<Known>) -> ImposedModel {
         damping_kg_per_s: vec![0.001; N_BODIES],
         ground_stiffness_n_per_m: Vec::new(),
         ground_law: None,
-        contact: ring_law().into(),
+        contact: PowerLaw::ELLIPTICAL_RING.into(),
         drive: chainwave_mechanics::Drive::Free { displacement_m: Vec::new(), velocity_m_per_s: Vec::new() },
         far_end: FarEnd::Free,
     };

@@ -3,10 +3,10 @@
 use chainwave_analysis::{exact_motion, replicate};
 use chainwave_inference::{FitError, Known, Quantity, ReleasedModel, fit_release};
 use chainwave_measurement::{ChainMotion, Trajectory};
-use chainwave_mechanics::{Chain, Drive, FarEnd, Schedule, simulate};
+use chainwave_mechanics::{Chain, Drive, FarEnd, PowerLaw, Schedule, simulate};
 use ndarray::Array2;
 
-use crate::common::{INTERVAL_S, ring_law, with_late_view, with_sigma};
+use crate::common::{INTERVAL_S, with_late_view, with_sigma};
 
 const N_BODIES: usize = 8;
 const C_D: f64 = 0.003;
@@ -20,7 +20,7 @@ fn chain(damping_kg_per_s: f64) -> Chain {
         damping_kg_per_s: vec![damping_kg_per_s; N_BODIES],
         ground_stiffness_n_per_m: vec![150.0; N_BODIES],
         ground_law: None,
-        contact: ring_law().into(),
+        contact: PowerLaw::ELLIPTICAL_RING.into(),
         drive: Drive::Free {
             displacement_m: (0..N_BODIES).map(|i| 2e-4 * along(i)).collect(),
             velocity_m_per_s: (0..N_BODIES).map(|i| 0.01 * along(i)).collect(),

@@ -3,16 +3,16 @@
 use std::num::NonZero;
 
 use chainwave_inference::{
-    Damping, FitError, Hypothesis, Known, Quantity, TrackFit, TrackModel, aligned_motion, fit_tracks,
-    fitted_motion, reached, scatter_of_bodies,
+    Damping, FitError, Hypothesis, Known, Quantity, Reached, TrackFit, TrackModel, aligned_motion,
+    fit_tracks, fitted_motion, reached, scatter_of_bodies,
 };
 use chainwave_measurement::{BodyTrack, Estimate, Observation, SharedReadingError, TrackDeviation};
-use chainwave_mechanics::{Chain, Drive, FarEnd, FarStriker, Schedule, Striker, simulate};
+use chainwave_mechanics::{Chain, Drive, FarEnd, FarStriker, PowerLaw, Schedule, Striker, simulate};
 use rand::SeedableRng;
 use rand_distr::{Distribution, Normal};
 use rand_pcg::Pcg64Mcg;
 
-use crate::common::{INTERVAL_S, ring_law};
+use crate::common::INTERVAL_S;
 
 const N_BODIES: usize = 12;
 const C_D: f64 = 0.003;
@@ -38,7 +38,7 @@ fn chain(c_d: f64, c_s: f64, velocity_m_per_s: f64) -> Chain {
         damping_kg_per_s: vec![c_d; N_BODIES],
         ground_stiffness_n_per_m: Vec::new(),
         ground_law: None,
-        contact: ring_law().into(),
+        contact: PowerLaw::ELLIPTICAL_RING.into(),
         drive: Drive::Striker(Striker { mass_kg: 4.3e-3, velocity_m_per_s, damping_kg_per_s: c_s }),
         far_end: FarEnd::Free,
     }
@@ -258,7 +258,8 @@ fn recordings_that_end_before_the_wave_comes_are_no_part_of_the_fit() {
     let all = experiment(1, 1.0);
     let model = model(Vec::new());
     let reached = |all: &Experiment| reached(&all.observations, &all.impacts_s, &model).unwrap();
-    assert_eq!(reached(&all), (all.observations.clone(), all.impacts_s.clone()));
+    let expected = Reached { observations: all.observations.clone(), impact_times_s: all.impacts_s.clone() };
+    assert_eq!(reached(&all), expected);
     let mut short = experiment(1, 1.0);
     for late in short.observations.iter_mut().filter(|observation| observation.view == 1) {
         // At the band's fastest the wave comes to body 6, the first that this view sees, 5 / (pi f) after the impact: 2.9 ms at 550 Hz.
@@ -266,7 +267,10 @@ fn recordings_that_end_before_the_wave_comes_are_no_part_of_the_fit() {
         late.times_s.truncate(n_frames);
         late.bodies.iter_mut().for_each(|track| track.position_m.truncate(n_frames));
     }
-    let expected = (short.observations[..2].to_vec(), short.impacts_s[..2].to_vec());
+    let expected = Reached {
+        observations: short.observations[..2].to_vec(),
+        impact_times_s: short.impacts_s[..2].to_vec(),
+    };
     assert_eq!(reached(&short), expected);
     // Beside them the mean impact, from which every trigger counts, is known to milliseconds at best.
     let sigma_s = |fit: &TrackFit| fit.recordings[0].trigger_offset_s.sigma;
