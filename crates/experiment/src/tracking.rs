@@ -57,7 +57,7 @@ pub fn track(
     let mut unusable = Vec::new();
     for (trial, result) in setup.trials.iter().zip(results) {
         match result.and_then(|recording| observed(setup, recording)) {
-            Ok((recording, observation, lost)) => {
+            Ok(Observed { recording, observation, unusable: lost }) => {
                 unusable.extend(lost.map(|lost| (trial.recording.clone(), lost)));
                 tracked.observations.push(observation);
                 tracked.recordings.push(recording);
@@ -87,15 +87,19 @@ pub fn track(
     Ok(tracked)
 }
 
-/// A recording's tracks as positions along the chain, without bodies that were never found at rest, which have no displacement; and what
-/// is to be said of those.
+/// A recording that was tracked, with its positions along the chain.
+struct Observed {
+    recording: TrackedRecording,
+    observation: Observation,
+    /// What is to be said of bodies that were left out.
+    unusable: Option<String>,
+}
+
+/// A recording's tracks as positions along the chain, without bodies that were never found at rest, which have no displacement.
 ///
 /// # Errors
 /// A recording of which no body is left.
-fn observed(
-    setup: &Setup,
-    mut recording: TrackedRecording,
-) -> Result<(TrackedRecording, Observation, Option<String>), Error> {
+fn observed(setup: &Setup, mut recording: TrackedRecording) -> Result<Observed, Error> {
     let rest_until_s = setup.experiment.tracking.rest_until_s;
     let all = recording.observation();
     let n_rest = all.times_s.iter().take_while(|time_s| **time_s < rest_until_s).count();
@@ -126,7 +130,7 @@ fn observed(
             why()
         )
     });
-    Ok((recording, observation, unusable))
+    Ok(Observed { recording, observation, unusable })
 }
 
 /// What became of a share of the recordings.

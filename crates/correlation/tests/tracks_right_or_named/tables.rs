@@ -10,7 +10,7 @@ use chainwave_correlation::Acceptance;
 use crate::films::outcome::Outcome;
 use crate::films::{count, count_a_million};
 
-/// The crate's own methods: each takes every so manieth subset, and the template fewer, as it is the slower one.
+/// The crate's own methods, each with the n of every n-th subset that it takes.
 fn each(icgn: usize, template: usize) -> Vec<(&'static str, usize)> {
     let own = ["icgn-cubic-affine", "icgn-cubic-translation", "icgn-cubic-rigid", "icgn-cubic-quadratic"];
     own.map(|name| (name, icgn)).into_iter().chain([("template-parabola", template)]).collect()
