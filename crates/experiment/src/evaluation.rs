@@ -26,7 +26,7 @@ use crate::evaluation::notices::{
 use crate::evaluation::recording_alignment::RecordingAlignments;
 use crate::finding::{Finding, LeftOutRecording};
 use crate::fitting::damping::StatedDamping;
-use crate::fitting::fits::{Departures, Fits, Material, ReadOff, known};
+use crate::fitting::fits::{Departures, Fits, Material, ReadOff, priors};
 use crate::fitting::model_beside::{ModelBeside, model_beside};
 use crate::merging::joint::Joint;
 use crate::merging::merged;
@@ -105,18 +105,16 @@ pub fn evaluate(
     let step = || monitor.done(Stage::Evaluating, 1);
     let stated = StatedMotion::of(experiment, tracked.last_s(), n_threads)?;
     let of_all = merged(setup, tracked, &stated, n_threads)?;
-    let Joint { setup: mapped, scale, geometry, observations, .. } = of_all.joint;
-    let Joint { stabilisation, stitched, left_out, unjoined, .. } = of_all.joint;
     step();
-    let known = &known(experiment, &mapped.map, &scale, of_all.shortening);
+    let Joint { setup: mapped, scale, observations, .. } = &of_all.joint;
+    let priors = &priors(experiment, &mapped.map, scale, of_all.shortening);
     let chain = &experiment.chain_model()?;
-    let (reading_errors, usual_geometry) = (of_all.reading_errors.as_slice(), &of_all.usual_geometry);
-    let material =
-        Material { experiment, stitched: &stitched, chain, known, reading_errors, usual_geometry, n_threads };
+    let material = Material::of(experiment, &of_all, chain, priors, n_threads);
     // Neither asks what the other finds.
     let read_off = || material.read_off(&of_all.shared, &step);
-    let (read, fits) = both_in_parallel(n_threads, read_off, || material.fits(&observations, &step));
+    let (read, fits) = both_in_parallel(n_threads, read_off, || material.fits(observations, &step));
     let ReadOff { measurement, pulses, energy_fit } = read?;
+    let Joint { geometry, observations, stabilisation, stitched, left_out, unjoined, .. } = of_all.joint;
     let damping = damping_of(&fits, &energy_fit, critical_kg_per_s(chain));
     let Fits { reached, track_fit, departures, imposed_fit, release_fit } = fits;
     let used = measurement.group_velocity.as_ref().ok().map(|velocity| velocity.gaps.0..=velocity.gaps.1);
@@ -128,7 +126,9 @@ pub fn evaluate(
     let of_model = track_fit.iter().flat_map(TrackFit::warnings);
     notices.extend(Finding::all_of("chain_model", "the chain model", of_model));
     let believed = track_fit.as_ref().ok().filter(|fit| fit.is_believed());
-    notices.extend(believed.and_then(|fit| usual_geometry.finding(&fit.usual_amplitudes, &stitched.motion)));
+    notices.extend(
+        believed.and_then(|fit| of_all.usual_geometry.finding(&fit.usual_amplitudes, &stitched.motion)),
+    );
     let model = believed
         .map(|fit| model_beside(experiment, &stitched.motion, fit, used))
         .and_then(|beside| beside.map_err(|why| notices.push(not_shown(&why))).ok());

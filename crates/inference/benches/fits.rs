@@ -61,7 +61,7 @@ fn model() -> TrackModel {
     TrackModel {
         chain: chain(VELOCITY.value),
         striker_velocity_m_per_s: VELOCITY,
-        known: Vec::new(),
+        priors: Vec::new(),
         reading_errors: Vec::new(),
         usual_errors: Vec::new(),
         n_threads: NonZero::<usize>::MIN,

@@ -61,7 +61,7 @@ pub fn p_values(
     let model = TrackModel {
         chain: chain(law.into(), 0.001, VELOCITY.value),
         striker_velocity_m_per_s: VELOCITY,
-        known: Vec::new(),
+        priors: Vec::new(),
         reading_errors: Vec::new(),
         usual_errors: Vec::new(),
         n_threads: NonZero::<usize>::MIN,

@@ -41,9 +41,9 @@ mod error;
 mod excess;
 pub mod false_choices;
 mod imposed;
-mod known;
 mod least_squares;
 mod measured_rates;
+mod priors;
 mod quadrature;
 mod quantity;
 mod released;
@@ -55,7 +55,7 @@ pub use damping::{Damping, critical_kg_per_s, damping_rule, refusal};
 pub use energies::{EnergyFit, EnergyModel, fit_peak_energies};
 pub use error::FitError;
 pub use imposed::{ImposedFit, ImposedModel, fit_imposed};
-pub use quantity::{Known, Quantity};
+pub use quantity::{Prior, Quantity};
 pub use released::{ReleasedFit, ReleasedModel, fit_release};
 pub use tracks::{
     AlignedMotion, FittedRecording, Hypothesis, Interval, LeftByStated, ODDS_OF_A_CAUSE, OverTrials, Reached,

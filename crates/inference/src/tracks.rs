@@ -29,8 +29,8 @@ use nalgebra::DMatrix;
 use crate::damping::{Damping, N_DAMPINGS, STARTS};
 use crate::error::FitError;
 use crate::excess;
-use crate::known::KnownFactors;
 use crate::least_squares::{Failure, Minimum, Own, OwnCovariance, Stop, Unknowns, least_of, minimise};
+use crate::priors::PriorFactors;
 use bootstrap::bootstrap;
 use departure::{scatter_of_bodies_at, softening_at};
 use discrepancy::discrepancy;
@@ -239,7 +239,7 @@ fn finish(
         interval.widened(at.shared[i], wider[i])
     };
     let intervals_95 = [interval(0), interval(1)];
-    let asked = fit.asked.iter().zip(N_DAMPINGS + fit.model.known.len()..);
+    let asked = fit.asked.iter().zip(N_DAMPINGS + fit.model.priors.len()..);
     let recording = |(r, own): (usize, &Own)| {
         let (of_own, about_mean) = (errors.of_each[r], errors.about_mean[r]);
         let (squares, degrees_of_freedom) = problem.of_recording(r, equations, at);
@@ -259,7 +259,7 @@ fn finish(
         intervals_95,
         bootstrap: bootstrap(problem.observations, &reduced, &covariance),
         starts: (n_same, STARTS.len()),
-        factors: KnownFactors::new(&fit.model.known, N_DAMPINGS).found(of_shared),
+        factors: PriorFactors::new(&fit.model.priors, N_DAMPINGS).found(of_shared),
         beyond: fit.beyond.clone(),
         found: asked.map(|(quantity, i)| (*quantity, of_shared(i))).collect(),
         rivals: rivals.instead.iter().map(|rival| rival.hypothesis).collect(),

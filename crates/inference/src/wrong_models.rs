@@ -123,7 +123,7 @@ fn stated_model(n_threads: NonZero<usize>) -> TrackModel {
             far_end: FarEnd::Free,
         },
         striker_velocity_m_per_s: VELOCITY,
-        known: Vec::new(),
+        priors: Vec::new(),
         reading_errors: Vec::new(),
         usual_errors: Vec::new(),
         n_threads,

@@ -334,7 +334,7 @@ pub(crate) fn fit(
         let model = TrackModel {
             chain,
             striker_velocity_m_per_s: velocity,
-            known: Vec::new(),
+            priors: Vec::new(),
             reading_errors: Vec::new(),
             usual_errors: Vec::new(),
             n_threads: threads(n_threads),

@@ -4,7 +4,7 @@ use std::num::NonZero;
 
 use chainwave_analysis::{Departure, Measurement, Pulses, Spacing};
 use chainwave_inference::{
-    EnergyFit, EnergyModel, FitError, ImposedFit, ImposedModel, Known, LeftByStated, Quantity, Reached,
+    EnergyFit, EnergyModel, FitError, ImposedFit, ImposedModel, LeftByStated, Prior, Quantity, Reached,
     ReleasedFit, ReleasedModel, StatedSearch, TrackFit, TrackModel, fit_imposed, fit_peak_energies,
     fit_release, fit_tracks, reached, scatter_of_bodies, softening,
 };
@@ -20,6 +20,7 @@ use crate::fitting::assumptions::DRIVE_SCALE_SIGMA;
 use crate::fitting::first_impact::first_impact_s;
 use crate::geometry::scale::ScaleCheck;
 use crate::input::numbers::NotNegative;
+use crate::merging::Merged;
 use crate::merging::shared_errors::SharedErrors;
 use crate::merging::usual_geometry::UsualGeometry;
 
@@ -60,7 +61,7 @@ pub(crate) struct Material<'a> {
     pub(crate) experiment: &'a Experiment,
     pub(crate) stitched: &'a Stitched,
     pub(crate) chain: &'a Chain,
-    pub(crate) known: &'a [Known],
+    pub(crate) priors: &'a [Prior],
     /// Errors that the readings share.
     pub(crate) reading_errors: &'a [SharedReadingError],
     /// What a camera that nothing calibrated leaves open.
@@ -68,7 +69,27 @@ pub(crate) struct Material<'a> {
     pub(crate) n_threads: NonZero<usize>,
 }
 
-impl Material<'_> {
+impl<'a> Material<'a> {
+    /// Of recordings that were merged.
+    pub(crate) fn of(
+        experiment: &'a Experiment,
+        merged: &'a Merged<'_>,
+        chain: &'a Chain,
+        priors: &'a [Prior],
+        n_threads: NonZero<usize>,
+    ) -> Self {
+        let Merged { joint, reading_errors, usual_geometry, .. } = merged;
+        Self {
+            experiment,
+            stitched: &joint.stitched,
+            chain,
+            priors,
+            reading_errors,
+            usual_geometry,
+            n_threads,
+        }
+    }
+
     pub(crate) fn read_off(&self, shared: &SharedErrors, step: &impl Fn()) -> Result<ReadOff, Error> {
         let Self { experiment, stitched, n_threads, .. } = *self;
         let motion = &stitched.motion;
@@ -142,7 +163,7 @@ impl Material<'_> {
     /// The chain model as a fit to the tracks starts from it, and the recordings, with their impacts as the alignment has them, that tell when
     /// its wave came.
     fn reached(&self, observations: &[Observation]) -> Result<(TrackModel, Reached), FitError> {
-        let model = track_model(self.experiment, self.chain.clone(), self.known, self.n_threads)?;
+        let model = track_model(self.experiment, self.chain.clone(), self.priors, self.n_threads)?;
         let model = TrackModel { reading_errors: self.reading_errors.to_vec(), ..model };
         let alignments = &self.stitched.alignments;
         let impact_s = first_impact_s(&self.stitched.motion, self.chain)?;
@@ -161,7 +182,7 @@ impl Material<'_> {
         moved_by_body_1(self.experiment)?;
         let model = ImposedModel {
             chain: self.chain.clone(),
-            known: known_of_chain(self.known),
+            priors: priors_of_chain(self.priors),
             drive_deviations: self.drive_deviations(),
             n_threads: self.n_threads,
         };
@@ -175,7 +196,7 @@ impl Material<'_> {
             let model = ReleasedModel {
                 chain: self.chain.clone(),
                 state_sigma: self.experiment.drive_scatter() / n_recordings.sqrt(),
-                known: known_of_chain(self.known),
+                priors: priors_of_chain(self.priors),
                 drive_deviations: self.drive_deviations(),
             };
             fit_release(&self.usual_geometry.added_to(&self.stitched.motion), &model)
@@ -218,7 +239,7 @@ fn moved_by_body_1(experiment: &Experiment) -> Result<(), FitError> {
 pub(crate) fn track_model(
     experiment: &Experiment,
     chain: Chain,
-    known: &[Known],
+    priors: &[Prior],
     n_threads: NonZero<usize>,
 ) -> Result<TrackModel, FitError> {
     asked(experiment)?;
@@ -227,7 +248,7 @@ pub(crate) fn track_model(
     Ok(TrackModel {
         chain,
         striker_velocity_m_per_s: Estimate::new(velocity, scatter),
-        known: known.to_vec(),
+        priors: priors.to_vec(),
         reading_errors: Vec::new(),
         usual_errors: Vec::new(),
         n_threads,
@@ -237,12 +258,12 @@ pub(crate) fn track_model(
 /// What the experiment knows only within an uncertainty, and the fit may move. Of a lens, what remains of its distortion counts as
 /// an error of the scale, by its size in the picture's middle. A scale that the stage contradicts is known only within that, and one of
 /// pictures that may be rolled within what they are shorter by then.
-pub(crate) fn known(
+pub(crate) fn priors(
     experiment: &Experiment,
     map: &ChainMap,
     contradiction: &ScaleCheck,
     shortening: f64,
-) -> Vec<Known> {
+) -> Vec<Prior> {
     let scale = map.m_per_px();
     let chain = &experiment.chain;
     let of_striker =
@@ -275,17 +296,17 @@ pub(crate) fn known(
     .chain(of_masses)
     .chain(of_gaps)
     .filter(|(_, relative_sigma)| *relative_sigma > 0.0)
-    .map(|(quantity, relative_sigma)| Known { quantity, relative_sigma })
+    .map(|(quantity, relative_sigma)| Prior { quantity, relative_sigma })
     .collect()
 }
 
 /// The same without what the pictures' scale leaves open: it stands among the errors that the motion states.
-fn known_of_chain(known: &[Known]) -> Vec<Known> {
-    known.iter().filter(|known| !known.quantity.is_of_pictures()).cloned().collect()
+fn priors_of_chain(priors: &[Prior]) -> Vec<Prior> {
+    priors.iter().filter(|prior| !prior.quantity.is_of_pictures()).cloned().collect()
 }
 
 fn energy_model(material: &Material<'_>, spacing: Spacing) -> Result<EnergyModel, FitError> {
-    let Material { experiment, stitched, chain, known, n_threads, .. } = *material;
+    let Material { experiment, stitched, chain, priors, n_threads, .. } = *material;
     asked(experiment)?;
     let striker = one_striker(experiment)?;
     Ok(EnergyModel {
@@ -293,7 +314,7 @@ fn energy_model(material: &Material<'_>, spacing: Spacing) -> Result<EnergyModel
         striker_velocity_m_per_s: striker.mean_velocity_m_per_s(stitched.alignments.len()),
         drive_deviations: material.drive_deviations(),
         drive_scale_sigma: stitched.drive_scale_sigma.unwrap_or(DRIVE_SCALE_SIGMA),
-        known: known_of_chain(known),
+        priors: priors_of_chain(priors),
         spacing,
         n_threads,
     })

@@ -1,7 +1,7 @@
 //! Damping of a chain that is let go from a known state.
 
 use chainwave_analysis::{exact_motion, replicate};
-use chainwave_inference::{FitError, Known, Quantity, ReleasedModel, fit_release};
+use chainwave_inference::{FitError, Prior, Quantity, ReleasedModel, fit_release};
 use chainwave_measurement::{ChainMotion, Trajectory};
 use chainwave_mechanics::{Chain, Drive, FarEnd, PowerLaw, Schedule, simulate};
 use ndarray::Array2;
@@ -52,8 +52,8 @@ fn motion() -> ChainMotion {
     with_late_view(with_sigma(exact_motion(&seen), 0.3e-6), 4..N_BODIES, 0.1e-6)
 }
 
-fn model(known: Vec<Known>) -> ReleasedModel {
-    ReleasedModel { chain: chain(0.001), state_sigma: 0.01, known, drive_deviations: vec![0.0] }
+fn model(priors: Vec<Prior>) -> ReleasedModel {
+    ReleasedModel { chain: chain(0.001), state_sigma: 0.01, priors, drive_deviations: vec![0.0] }
 }
 
 #[test]
@@ -79,8 +79,8 @@ fn intervals_hold_damping_release_and_state_as_often_as_they_say() {
 #[test]
 fn a_spring_to_ground_known_within_an_uncertainty_is_fitted_along() {
     let noisy = replicate(&motion(), 1, 5).next().unwrap();
-    let known = Known { quantity: Quantity::Ground, relative_sigma: 0.05 };
-    let mut stiffer = model(vec![known]);
+    let priors = Prior { quantity: Quantity::Ground, relative_sigma: 0.05 };
+    let mut stiffer = model(vec![priors]);
     stiffer.chain.ground_stiffness_n_per_m.fill(150.0 * 1.03);
     let fit = fit_release(&noisy, &stiffer).unwrap();
     let (_, factor) = fit.factors[0];
