@@ -92,7 +92,7 @@ pub fn profile_times(pulses: &[Result<LeadingPulse, Missing>]) -> Vec<f64> {
 /// slowness s of the pulse: a cubic over the two gaps on each side, and in time the smoothed series. For a pulse of steady
 /// shape that moves at 1/s this is exact whatever the pitch.
 #[derive(Debug, Clone)]
-pub struct MovingProfile {
+pub(crate) struct MovingProfile {
     first_time_s: f64,
     interval_s: f64,
     slowness_s: f64,
@@ -103,16 +103,20 @@ pub struct MovingProfile {
 
 /// The highest point of the leading pulse at one time.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ProfilePeak {
+pub(crate) struct ProfilePeak {
     /// Its place, a fractional gap number.
-    pub place: f64,
+    pub(crate) place: f64,
     /// Its compressive strain.
-    pub strain: f64,
+    pub(crate) strain: f64,
 }
 
 impl MovingProfile {
     /// The profile of a strain map whose pulse moves at `velocity_m_per_s`.
-    pub fn new(map: &StrainMap, pulses: &[Result<LeadingPulse, Missing>], velocity_m_per_s: f64) -> Self {
+    pub(crate) fn new(
+        map: &StrainMap,
+        pulses: &[Result<LeadingPulse, Missing>],
+        velocity_m_per_s: f64,
+    ) -> Self {
         let windows = half_windows(pulses);
         let smooth_gap = |(gap, half): (usize, Result<usize, Missing>)| {
             half.map_or_else(|_| Vec::new(), |half| smooth(&compression(map, gap), half))
@@ -128,7 +132,7 @@ impl MovingProfile {
 
     /// Compressive strain at a time and a place, given as a fractional gap number; `None` outside the chain or the record
     /// and where a gap beside the place was not measured.
-    pub fn compression(&self, t_s: f64, place: f64) -> Option<f64> {
+    pub(crate) fn compression(&self, t_s: f64, place: f64) -> Option<f64> {
         let last_gap = self.smoothed.len();
         if !(1.0..=last_gap as f64).contains(&place) {
             return None;
@@ -154,7 +158,7 @@ impl MovingProfile {
     }
 
     /// The leading pulse's peak at a time; `None` where the profile is not known about it.
-    pub fn peak(&self, t_s: f64) -> Option<ProfilePeak> {
+    pub(crate) fn peak(&self, t_s: f64) -> Option<ProfilePeak> {
         let expected = self.expected_place(t_s)?;
         let last_gap = self.smoothed.len() as f64;
         let n_steps = (2.0 * SEARCH_GAPS / SEARCH_STEP) as usize;
@@ -260,14 +264,14 @@ fn rising_trace(pulses: &[Result<LeadingPulse, Missing>]) -> Vec<(f64, f64)> {
 }
 
 /// Half widths of the front at the given times, in metres; `None` where the profile is not known.
-pub fn half_widths(profile: &MovingProfile, spacing: &Spacing, times_s: &[f64]) -> Vec<Option<f64>> {
+pub(crate) fn half_widths(profile: &MovingProfile, spacing: &Spacing, times_s: &[f64]) -> Vec<Option<f64>> {
     let width = |t_s: &f64| profile.peak_and_half(*t_s).map(|(peak, half)| spacing.between_m(peak, half));
     times_s.iter().map(width).collect()
 }
 
 /// The sample times at which the half width is well defined: the peak has passed `first_gap`, and the place of half height
 /// lies within the chain and is not yet reached by the reflection of the pulse's foot.
-pub fn half_width_times(
+pub(crate) fn half_width_times(
     map: &StrainMap,
     profile: &MovingProfile,
     reflection: Option<&Reflection>,

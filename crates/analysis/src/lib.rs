@@ -12,7 +12,7 @@
 //! *Local polynomials in time, equal phase in space.* A recording samples a pulse densely in time (some fifty samples) and
 //! coarsely along the chain (some five gaps). So peaks and edges are found in time, gap by gap, with least-squares
 //! polynomials whose window follows the pulse; and where a profile along the chain is needed, it is interpolated between the
-//! gaps in a frame that moves with the pulse ([`MovingProfile`]).
+//! gaps in a frame that moves with the pulse.
 //!
 //! Models are chosen by tests with a level ([`motion_across`], [`line_test`], [`GroupVelocity::variation_p_value`]); each stands beside its
 //! [`Rule`], which says in words what is chosen by it and how often that is wrong.
@@ -75,16 +75,18 @@ pub use dispersion::{DispersionMap, dispersion_map};
 pub use energy::{DampingShare, EnergyLaw, PeakEnergies, damping_share, pulses_and_energies};
 pub use error::{AnalysisError, Missing};
 pub use front::{Bend, FrontSettings, GapFront, LeadingPulse, OfGaps, leading_pulses};
-pub use half_width::{HalfWidth, MovingProfile, ProfilePeak, half_width_times, half_widths, profile_times};
+pub use half_width::{HalfWidth, profile_times};
 pub use line_test::{LineTest, line_rule, line_test};
 pub use measure::{MeasureSettings, Measurement, measure, measure_peak_energies};
 pub use pulses::{
     Collision, Direction, Pass, Pulse, PulseSettings, Pulses, Sense, follow_pulses, measure_pulses,
     power_exponent,
 };
-pub use replicas::replicate;
+pub use replicas::{Replicas, replicate};
 pub use rule::{FalseRate, Rule, SIGNIFICANCE_LEVEL};
 pub use spacing::Spacing;
-pub use spectrum::{GapSpectrum, LocalResonance, TailSpectrum, dominant_frequency, tail_spectrum};
+pub use spectrum::{
+    DominantFrequency, GapSpectrum, LocalResonance, TailSpectrum, dominant_frequency, tail_spectrum,
+};
 pub use strain::{StrainMap, exact_motion, normalised_residuals, strain_map};
-pub use velocity::{GroupVelocity, Reflection, SpeedFit, fit_speed, one_speed_rule, undisturbed_gaps};
+pub use velocity::{GroupVelocity, Reflection, one_speed_rule};

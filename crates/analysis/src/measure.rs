@@ -14,7 +14,7 @@ use crate::front::{FrontSettings, GapFront, LeadingPulse, NARROWEST, leading_pul
 use crate::half_width::{HalfWidth, MovingProfile, half_width_times, half_widths, without_jumps};
 use crate::line_test::line_test;
 use crate::particle::particle_velocities_m_per_s;
-use crate::replicas::over_replicas;
+use crate::replicas::{Replicas, over_replicas};
 use crate::spacing::Spacing;
 use crate::spectrum::{LocalResonance, Maximum, TailSpectrum, tail_spectrum};
 use crate::strain::{strain_sigma, strain_with_sigma};
@@ -192,9 +192,10 @@ fn of_replicas(
     settings: &MeasureSettings,
     columns_of: impl Fn(&ChainMotion, &StrainMap) -> Columns + Sync,
 ) -> Vec<Columns> {
-    let n_replicas = if is_exact(motion) { 0 } else { settings.n_replicas };
+    let n = if is_exact(motion) { 0 } else { settings.n_replicas };
     let bare = ChainMotion { modes: ErrorModes::default(), ..motion.clone() };
-    over_replicas(motion, (n_replicas, settings.seed), settings.n_threads, |displacement_m| {
+    let replicas = Replicas { n, seed: settings.seed };
+    over_replicas(motion, replicas, settings.n_threads, |displacement_m| {
         let noisy = ChainMotion { displacement_m, ..bare.clone() };
         columns_of(&noisy, &strain_with_sigma(&noisy, sigma, &settings.spacing))
     })
@@ -363,8 +364,8 @@ fn assemble(map: StrainMap, plan: &Plan<'_>, values: &PointValues, scatter: &Sca
         local_resonance: plan.resonance.as_ref().map_err(|reason| *reason).and_then(|found| {
             Ok(LocalResonance {
                 frequency_hz: scatter.reaching_estimate(Column::Resonance, 0)?,
-                resolution_hz: found.resolution_hz,
-                line: line_test(&map, &values.pulses, found.frequency_hz)?,
+                resolution_hz: found.line.resolution_hz,
+                line: line_test(&map, &values.pulses, found.line.frequency_hz)?,
             })
         }),
         dispersion: dispersion_map(&map, &values.pulses),

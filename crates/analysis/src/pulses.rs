@@ -20,7 +20,7 @@ use self::path::{CourseLine, PulsePath, common_speed};
 pub use self::ridge::Direction;
 use self::ridge::{MIN_GAPS, ridges};
 use crate::check::{check_fraction, check_motion};
-use crate::replicas::over_replicas;
+use crate::replicas::{Replicas, over_replicas};
 use crate::spacing::Spacing;
 use crate::strain::{strain_map, strain_sigma, strain_with_sigma};
 use crate::{AnalysisError, StrainMap};
@@ -135,7 +135,7 @@ pub fn measure_pulses(
     motion: &ChainMotion,
     spacing: impl Into<Spacing>,
     settings: &PulseSettings,
-    (n_replicas, seed): (usize, u64),
+    replicas: Replicas,
     n_threads: NonZero<usize>,
 ) -> Result<Pulses, AnalysisError> {
     settings.check()?;
@@ -145,8 +145,8 @@ pub fn measure_pulses(
     let values = found.values(&found.courses, &map.spacing);
     let sigma = strain_sigma(motion, &map.spacing);
     let bare = ChainMotion { modes: ErrorModes::default(), ..motion.clone() };
-    let n_replicas = if found.courses.is_empty() { 0 } else { n_replicas };
-    let replicas = over_replicas(motion, (n_replicas, seed), n_threads, |displacement_m| {
+    let replicas = if found.courses.is_empty() { Replicas { n: 0, ..replicas } } else { replicas };
+    let replicas = over_replicas(motion, replicas, n_threads, |displacement_m| {
         let noisy = ChainMotion { displacement_m, ..bare.clone() };
         let noisy = strain_with_sigma(&noisy, &sigma, &map.spacing);
         found.values(&found.again(&noisy), &map.spacing)

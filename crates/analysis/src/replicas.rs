@@ -21,13 +21,22 @@ pub fn replicate(motion: &ChainMotion, n: usize, seed: u64) -> impl Iterator<Ite
         .map(|displacement_m| ChainMotion { displacement_m, ..motion.clone() })
 }
 
+/// How many replicas of a motion are drawn, and from which stream.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Replicas {
+    /// Their number.
+    pub n: usize,
+    /// Seed of their stream.
+    pub seed: u64,
+}
+
 /// Replicas that are drawn together, so that patterns of errors are read from memory once for all of them.
 const TOGETHER: usize = 4;
 
-/// What a function makes of the displacements of each of `n` replicas of a motion, as [`replicate`] gives them.
+/// What a function makes of the displacements of each replica of a motion, as [`replicate`] gives them.
 pub(crate) fn over_replicas<T: Send + Sync>(
     motion: &ChainMotion,
-    (n, seed): (usize, u64),
+    Replicas { n, seed }: Replicas,
     n_threads: NonZero<usize>,
     of: impl Fn(Array2<Option<Estimate>>) -> T + Sync,
 ) -> Vec<T> {
@@ -137,7 +146,8 @@ mod tests {
             replicate(&motion(), 2 * TOGETHER + 1, 9).map(|noisy| noisy.displacement_m).collect();
         for n_threads in [1, 3] {
             let n_threads = NonZero::new(n_threads).unwrap();
-            assert_eq!(over_replicas(&motion(), (alone.len(), 9), n_threads, |x_m| x_m), alone);
+            let replicas = Replicas { n: alone.len(), seed: 9 };
+            assert_eq!(over_replicas(&motion(), replicas, n_threads, |x_m| x_m), alone);
         }
     }
 

@@ -102,7 +102,16 @@ fn hann_amplitudes(values: &[f64], n_padded: usize, transform: &dyn rustfft::Fft
     bins[..=n_padded / 2].iter().map(|bin| 2.0 * bin.norm() / window_sum).collect()
 }
 
-/// Frequency in hertz of the greatest maximum of the gaps' averaged power, and the resolution there.
+/// The frequency that a tail has most power at.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DominantFrequency {
+    /// In hertz.
+    pub frequency_hz: f64,
+    /// How far apart two lines there are told from each other, in hertz.
+    pub resolution_hz: f64,
+}
+
+/// The greatest maximum of the gaps' averaged power.
 ///
 /// Only gaps whose tail is at least half as long as the longest take part (the others would blur it), and only frequencies
 /// above the main lobe that the shortest tail's slow decay leaves around zero. Where the maximum there may be a side lobe of what lies
@@ -114,15 +123,14 @@ fn hann_amplitudes(values: &[f64], n_padded: usize, transform: &dyn rustfft::Fft
 /// # Errors
 /// [`Missing::NoTail`] when no gap has a tail, [`Missing::NoMaximum`] when the power has no maximum in that band,
 /// [`Missing::BelowNoise`] when noise may have made it, [`Missing::Leaked`] when it may be a side lobe of what lies below the band.
-pub fn dominant_frequency(spectrum: &TailSpectrum) -> Result<(f64, f64), Missing> {
-    Maximum::of(spectrum).map(|maximum| (maximum.frequency_hz, maximum.resolution_hz))
+pub fn dominant_frequency(spectrum: &TailSpectrum) -> Result<DominantFrequency, Missing> {
+    Maximum::of(spectrum).map(|maximum| maximum.line)
 }
 
 /// The maximum that [`dominant_frequency`] finds.
 #[derive(Debug, Clone)]
 pub(crate) struct Maximum {
-    pub(crate) frequency_hz: f64,
-    pub(crate) resolution_hz: f64,
+    pub(crate) line: DominantFrequency,
     /// Numbers of the gaps whose tails show it.
     gaps: Vec<usize>,
     /// The bins about it with half of its power or more.
@@ -152,8 +160,10 @@ impl Maximum {
             return Err(Missing::Leaked);
         }
         Ok(Self {
-            frequency_hz: mean.place_of(bin) * spectrum.frequency_hz[1],
-            resolution_hz: mean.coarsest_hz,
+            line: DominantFrequency {
+                frequency_hz: mean.place_of(bin) * spectrum.frequency_hz[1],
+                resolution_hz: mean.coarsest_hz,
+            },
             gaps: tails.iter().map(|tail| tail.gap).collect(),
             crest: mean.crest_of(bin),
         })
@@ -336,14 +346,15 @@ mod tests {
             3.0 * (below.sin() + above.cos())
         };
         let waves = vec![(0..N).map(|at| wave(at as f64 * INTERVAL_S)).collect(); 8];
-        let (truth_hz, _) = dominant_frequency(&transformed(&waves)).unwrap();
+        let truth_hz = dominant_frequency(&transformed(&waves)).unwrap().frequency_hz;
         let (n_draws, mut n_held) = (100, 0);
         for _ in 0..n_draws {
             let measured = with_noise(&mut random, &waves);
             let found = Maximum::of(&transformed(&measured)).unwrap();
             let moved = |_| found.moved_hz(&transformed(&with_noise(&mut random, &measured))).unwrap();
-            let sigma_hz = sigma_reaching((0..100).map(moved).map(|hz| hz - found.frequency_hz).collect());
-            n_held += u32::from((found.frequency_hz - truth_hz).abs() < 1.96 * sigma_hz);
+            let sigma_hz =
+                sigma_reaching((0..100).map(moved).map(|hz| hz - found.line.frequency_hz).collect());
+            n_held += u32::from((found.line.frequency_hz - truth_hz).abs() < 1.96 * sigma_hz);
         }
         // Both ends of the crest are alike, so that noise puts the higher one at either. Where it lies by more than 1.64 deviations of the difference at
         // one, in one case of ten, less than a twentieth of the replicas reach the other, which is the truth in half of these: 5 % are not held
@@ -360,7 +371,7 @@ mod tests {
         assert!(found.iter().all(|found| *found == Err(Missing::Leaked)), "{found:?}");
         // Five periods are searched and found, to the ten standard errors of the last test.
         let hz = 5.0 / (N as f64 * INTERVAL_S);
-        let (found_hz, _) = dominant_frequency(&spectrum(&mut random, 1e3, hz)).unwrap();
+        let found_hz = dominant_frequency(&spectrum(&mut random, 1e3, hz)).unwrap().frequency_hz;
         assert!((found_hz - hz).abs() < 20.0, "{found_hz} of {hz}");
     }
 
@@ -374,7 +385,7 @@ mod tests {
         // 4.6 periods of the longest tail: above its lobe of three, and below that of the shortest, at six.
         let hz = 4.6 / (N as f64 * INTERVAL_S);
         let wave = |t_s: f64| decay(t_s) + 100.0 * (2.0 * std::f64::consts::PI * hz * t_s).sin();
-        let (found_hz, resolution_hz) =
+        let DominantFrequency { frequency_hz: found_hz, resolution_hz } =
             dominant_frequency(&spectrum_of(&mut random, n_samples, wave)).unwrap();
         // Under Hann's window, (pi t/T)^2 at its beginning, the decay A exp(-t/tau) leaves 2 pi^2 A tau^3 / (T^2 (1 + (2 pi f tau)^2)^1.5) at
         // the line, B T/4 high for a line of amplitude B: a share r of 0.022 for 4.8 ms, the shortest tail whose lobe ends below the line. The line's crest
@@ -397,7 +408,7 @@ mod tests {
         // 1 % of 1000 is 10 +- 3; counting the gaps as half as many makes it fewer.
         assert!(told <= 20, "{told} of {n}");
         let found: Vec<f64> = (0..100)
-            .filter_map(|_| Some(dominant_frequency(&spectrum(&mut random, 0.6, 1100.0)).ok()?.0))
+            .filter_map(|_| Some(dominant_frequency(&spectrum(&mut random, 0.6, 1100.0)).ok()?.frequency_hz))
             .collect();
         assert!(found.len() > 95, "{} of 100", found.len());
         // A line's frequency in noise sqrt(2) has a standard error of about 2 Hz (Rife and Boorstyn 1974, over a Hann window): five.

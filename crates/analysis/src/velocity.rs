@@ -75,27 +75,27 @@ pub fn one_speed_rule() -> Rule {
 
 /// The line through peak positions over peak times: point values.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SpeedFit {
+pub(crate) struct SpeedFit {
     /// Slope in metres per second.
-    pub velocity_m_per_s: f64,
+    pub(crate) velocity_m_per_s: f64,
     /// Slope over the first and the last third of the gaps.
-    pub thirds_m_per_s: Option<[f64; 2]>,
+    pub(crate) thirds_m_per_s: Option<[f64; 2]>,
     /// Root mean square distance of the peaks from the line, in metres.
-    pub residual_m: f64,
+    pub(crate) residual_m: f64,
     /// Distance from the first peak's place to the last one's, in metres.
-    pub run_m: f64,
+    pub(crate) run_m: f64,
     /// Number of gaps in the fit.
-    pub n_gaps: usize,
+    pub(crate) n_gaps: usize,
 }
 
 impl SpeedFit {
     /// Root mean square distance of the peaks from the line, as a share of the distance that they run.
-    pub fn off_line(&self) -> f64 {
+    pub(crate) fn off_line(&self) -> f64 {
         self.residual_m / self.run_m
     }
 
     /// Variation along the chain: last third minus first third, divided by the velocity.
-    pub fn relative_variation(&self) -> Option<f64> {
+    pub(crate) fn relative_variation(&self) -> Option<f64> {
         self.thirds_m_per_s.map(|[first, last]| (last - first) / self.velocity_m_per_s)
     }
 }
@@ -109,7 +109,7 @@ impl SpeedFit {
 ///
 /// # Errors
 /// [`Missing::TooFewGaps`] when fewer than three gaps have a peak, [`Missing::NoProgress`] when they do not peak one after the other.
-pub fn fit_speed(
+pub(crate) fn fit_speed(
     pulses: &[Result<LeadingPulse, Missing>],
     spacing: &Spacing,
     gaps: &RangeInclusive<usize>,
@@ -191,7 +191,7 @@ impl Reflection {
 /// They end where the peak is less than half of that of the gap before: a pulse does not lose that much from gap to gap, and what
 /// stands out in a gap that it has not reached, or at a free end, which hardly strains, is a ripple. They end as well where the rise from foot
 /// to peak is twice or half that of the gap before: of a flat top that is another hump.
-pub fn undisturbed_gaps(
+pub(crate) fn undisturbed_gaps(
     pulses: &[Result<LeadingPulse, Missing>],
     reflection: Option<&Reflection>,
     first_gap: usize,

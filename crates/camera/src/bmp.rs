@@ -74,7 +74,7 @@ impl BmpHeader {
             return Err(CameraError::Unsupported {
                 path: bytes.path().into(),
                 what: format!("a bitmap of {bits} bits with compression {compression}"),
-                hint: "readable: 8, 24 or 32 bits without compression".into(),
+                hint: "8, 24 or 32 bits without compression are readable".into(),
             });
         }
         Ok(Self {

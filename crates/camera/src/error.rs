@@ -17,14 +17,14 @@ pub enum CameraError {
         source: std::io::Error,
     },
     /// The first bytes belong to no format of the list.
-    #[error("{}: byte 0: expected the start of a recording, found {found} ({hint})", path.display())]
+    #[error("{}: byte 0: expected the start of a recording, found {found} (readable formats: {readable})", path.display())]
     UnknownFormat {
         /// The recording.
         path: PathBuf,
         /// The first bytes.
         found: String,
         /// The formats that can be read.
-        hint: String,
+        readable: String,
     },
     /// The file ends inside something that its header announces.
     #[error("{}: {what} at byte {offset}: expected {expected} bytes, found {found}", path.display())]
@@ -63,7 +63,7 @@ pub enum CameraError {
         reason: String,
     },
     /// A valid recording of a kind that this build does not read.
-    #[error("{}: {what} cannot be read ({hint})", path.display())]
+    #[error("{}: {what} cannot be read (hint: {hint})", path.display())]
     Unsupported {
         /// The recording.
         path: PathBuf,

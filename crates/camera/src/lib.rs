@@ -179,8 +179,8 @@ fn unknown_format(candidate: &Candidate) -> CameraError {
             (false, true) => "an empty file".into(),
             (false, false) => format!("bytes {}", first.join(" ")),
         },
-        hint: format!(
-            "readable formats: {}; pixels without a header, where their geometry is stated, such as 1280x800x12le",
+        readable: format!(
+            "{}; pixels without a header, where their geometry is stated, such as 1280x800x12le",
             names.join("; ")
         ),
     }

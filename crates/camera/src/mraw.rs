@@ -77,7 +77,7 @@ fn both_paths(path: &Path) -> Result<(PathBuf, PathBuf), CameraError> {
         path: path.into(),
         what: format!("{what} alone"),
         hint: format!(
-            "expected {beside} of the same name beside it, found none; its pixels alone can be read where their geometry is stated"
+            "put {beside} of the same name beside it; its pixels alone can be read where their geometry is stated"
         ),
     };
     if is_header(&read_head(path)?) {

@@ -3,8 +3,8 @@
 use std::num::NonZero;
 
 use chainwave_experiment::{
-    Error as ExperimentError, FailedRecording, Finding, RecordingState, Setup, State, recording_states,
-    unreadable,
+    Error as ExperimentError, FailedRecording, Finding, LeftOutRecording, RecordingState, Setup, State,
+    recording_states, unreadable,
 };
 use serde_json::json;
 
@@ -82,7 +82,7 @@ fn checked_setup(whole: &Setup, n_threads: NonZero<usize>) -> Result<Checked, Er
             // A run goes on without a velocity that makes no sense.
             Err(error) if setups.len() > 1 && !error.ends_all() => {
                 let reason = error.to_string();
-                left_out.extend(setup.trials.iter().map(|trial| (trial.recording.clone(), reason.clone())));
+                left_out.extend(LeftOutRecording::each_of(&setup.trials, &reason));
             }
             Err(error) => return Err(error),
         }

@@ -4,7 +4,7 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::{Component, Path, PathBuf};
 
-use chainwave_durable::NewFile;
+use chainwave_durable::{NewFile, folder_of};
 use serde::Serialize;
 
 use crate::error::Error;
@@ -81,13 +81,37 @@ pub(crate) fn expect_apart(read: &[&Path], written: &[(&str, PathBuf)]) -> Resul
     Ok(())
 }
 
+/// Refuses a folder of results among recordings, or within one that is a folder of images: results are many files, and those of an earlier run
+/// are removed by their names.
+pub(crate) fn expect_apart_from_recordings(
+    out: &Path,
+    recordings: impl IntoIterator<Item = PathBuf>,
+) -> Result<(), Error> {
+    let there = place(out);
+    for recording in recordings {
+        let is_beside = place(folder_of(&recording)) == there;
+        let is_within = recording.is_dir() && there.starts_with(place(&recording));
+        if is_beside || is_within {
+            return Err(Error::Argument(format!(
+                "{}: expected a folder of its own for the results, found that of {} (hint: --out {})",
+                out.display(),
+                recording.display(),
+                folder_of(&recording).join("results").display()
+            )));
+        }
+    }
+    Ok(())
+}
+
 /// A path by which files can be told apart, of files that are there and of those that are not yet.
 fn place(path: &Path) -> PathBuf {
     if let Ok(known) = path.canonicalize() {
         return known;
     }
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let folder = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
+    let folder = match folder_of(path) {
+        here if here == Path::new(".") => here.canonicalize().unwrap_or_default(),
+        folder => place(folder),
+    };
     path.file_name().map_or_else(|| folder.clone(), |name| folder.join(name))
 }
 
@@ -137,4 +161,25 @@ pub(crate) fn figures_folder(out: &Path) -> Result<PathBuf, Error> {
 /// Reads a file of any kind.
 pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>, Error> {
     fs::read(path).map_err(Error::file(path, "read"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn results_are_refused_among_recordings_and_in_a_folder_of_images() {
+        let folder = tempfile::tempdir().unwrap();
+        let [shots, frames] = ["shots", "shots/frames"].map(|name| folder.path().join(name));
+        fs::create_dir_all(&frames).unwrap();
+        let recordings = || [shots.join("a.cine"), frames.clone()];
+        for wrong in ["shots", "shots/frames", "shots/frames/new/results", "shots/../shots"] {
+            let refused = expect_apart_from_recordings(&folder.path().join(wrong), recordings());
+            let said = refused.unwrap_err().to_string();
+            assert!(said.contains("a folder of its own for the results"), "{wrong}: {said}");
+        }
+        for right in ["results", "shots/results", "shots/frames2", "new/results"] {
+            expect_apart_from_recordings(&folder.path().join(right), recordings()).unwrap();
+        }
+    }
 }

@@ -24,7 +24,7 @@ mod velocity;
 use std::path::{Path, PathBuf};
 
 use chainwave_experiment::{
-    Evaluation, RecordingState, Setup, Share, check_share, compare_strikers, track_share,
+    Evaluation, RecordingState, Setup, Share, TrackedShare, check_share, compare_strikers, track_share,
 };
 use serde_json::{Value, json};
 
@@ -41,7 +41,7 @@ use crate::error::Error;
 use crate::kept::KeptFolder;
 use crate::on_demand;
 use crate::outcome::Outcome;
-use crate::output::make_folder;
+use crate::output::{expect_apart_from_recordings, make_folder};
 use crate::parallel::threads;
 use crate::progress;
 use crate::terminal;
@@ -51,6 +51,7 @@ pub(crate) fn run(arguments: &cli::Run) -> Result<Outcome, Error> {
     let mut whole = Setup::read(&arguments.experiment, arguments.recordings.as_deref())?;
     whole.takes_partial = arguments.partial;
     on_demand::expect_recordings_of(&whole)?;
+    expect_apart_from_recordings(&arguments.out, whole.trials.iter().map(|trial| whole.path_of(trial)))?;
     make_folder(&arguments.out)?;
     let batch = Batch { setups: whole.by_striker(), whole, arguments };
     match arguments.share {
@@ -119,7 +120,8 @@ impl Batch<'_> {
         let sanity = check_share(setup, n_threads)?;
         name_findings(&sanity.findings);
         let monitor = progress::monitor(&show);
-        let (n_tracked, failed) = track_share(setup, &sanity, share, &store, n_threads, &monitor)?;
+        let TrackedShare { n_tracked, failed } =
+            track_share(setup, &sanity, share, &store, n_threads, &monitor)?;
         name_failed(&failed, outcome);
         summary::print_share(setup, n_tracked);
         Ok(())

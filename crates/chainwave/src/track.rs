@@ -58,26 +58,7 @@ pub(crate) fn track(arguments: &cli::Track) -> Result<Outcome, Error> {
         job.carry_out(&arguments.recordings[index])
     });
     bar.finish_and_clear();
-    let mut outcome = Outcome::default();
-    let (mut told, mut done) = (BTreeSet::new(), Vec::new());
-    let mut choices = Choices::new(arguments.matching.accuracy);
-    for (name, result) in recordings.iter().zip(results) {
-        match result {
-            Ok((carried_out, unread)) => {
-                unread.iter().for_each(|unread| outcome.fail(format!("{name}: {unread}")));
-                let FollowedPoints { followed: tracked, notes, placed, method } = carried_out;
-                choices.add_sizes(placed.iter().filter_map(|placed| chosen_in(placed, Path::new(name))));
-                if arguments.matching.accuracy.is_some() {
-                    choices.add_method(Path::new(name), method);
-                }
-                // once for each thing that is said, however many recordings give cause to say it
-                let new = notes.into_iter().filter(|note| told.insert(note.clone()));
-                new.for_each(|note| print(&format!("warning: {name}: {note}")));
-                done.push((name.as_str(), tracked));
-            }
-            Err(error) => outcome.fail(error),
-        }
-    }
+    let Found { mut outcome, choices, done } = Found::of(&recordings, results, arguments.matching.accuracy);
     if done.is_empty() {
         return Err(Error::nothing_left("recordings", recordings.len()));
     }
@@ -99,6 +80,41 @@ pub(crate) fn track(arguments: &cli::Track) -> Result<Outcome, Error> {
     tell("readings", closing_json(&readings, 0));
     tell("out", json!(arguments.out));
     Ok(outcome)
+}
+
+/// What was found in the recordings.
+struct Found<'a> {
+    outcome: Outcome,
+    choices: Choices,
+    /// What was followed, by the recording's name.
+    done: Vec<(&'a str, Followed)>,
+}
+
+impl<'a> Found<'a> {
+    /// Of recordings by their names; failures and notes are said.
+    fn of(recordings: &'a [String], results: Vec<Result<Carried, Error>>, accuracy_px: Option<f64>) -> Self {
+        let mut outcome = Outcome::default();
+        let (mut told, mut done) = (BTreeSet::new(), Vec::new());
+        let mut choices = Choices::new(accuracy_px);
+        for (name, result) in recordings.iter().zip(results) {
+            match result {
+                Ok(Carried { found, unread }) => {
+                    unread.iter().for_each(|unread| outcome.fail(format!("{name}: {unread}")));
+                    let FollowedPoints { followed: tracked, notes, placed, method } = found;
+                    choices.add_sizes(placed.iter().filter_map(|placed| chosen_in(placed, Path::new(name))));
+                    if accuracy_px.is_some() {
+                        choices.add_method(Path::new(name), method);
+                    }
+                    // once for each thing that is said, however many recordings give cause to say it
+                    let new = notes.into_iter().filter(|note| told.insert(note.clone()));
+                    new.for_each(|note| print(&format!("warning: {name}: {note}")));
+                    done.push((name.as_str(), tracked));
+                }
+                Err(error) => outcome.fail(error),
+            }
+        }
+        Self { outcome, choices, done }
+    }
 }
 
 /// Draws what was followed.
@@ -132,9 +148,16 @@ struct Job<'a> {
     monitor: Monitor<'a>,
 }
 
+/// What was followed through one recording.
+struct Carried {
+    found: FollowedPoints,
+    /// Which of its frames could not be read.
+    unread: Option<String>,
+}
+
 impl Job<'_> {
-    /// Follows the points through one recording, and says which frames of it could not be read.
-    fn carry_out(&self, path: &Path) -> Result<(FollowedPoints, Option<String>), Error> {
+    /// Follows the points through one recording.
+    fn carry_out(&self, path: &Path) -> Result<Carried, Error> {
         let arguments = self.arguments;
         let opened =
             chainwave_camera::open_with(path, &arguments.reading.options(arguments.frame_rate.rate_hz))?;
@@ -147,7 +170,7 @@ impl Job<'_> {
         let found = tracking.follow(recording.as_ref(), &self.monitor)?;
         let positions = found.followed.tracks.iter().map(|one| one.track.positions.as_slice());
         let unread = unreadable_frames(recording.as_ref(), positions);
-        Ok((found, unread))
+        Ok(Carried { found, unread })
     }
 }
 

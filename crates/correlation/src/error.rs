@@ -30,7 +30,7 @@ pub enum CorrelationError {
     /// A subset reaches outside the reference frame.
     #[error(
         "{}: subset {name:?} at ({x_px}, {y_px}): expected it inside {width_px} x {height_px} px, found it reaching \
-         outside; hint: move it, or make its half width smaller",
+         outside (hint: move it, or make its half width smaller)",
         path.display()
     )]
     SubsetOutside {
@@ -50,7 +50,7 @@ pub enum CorrelationError {
     /// No subset of a field fits in the reference image.
     #[error(
         "reference image: expected at least {0} x {0} px for a subset of half size {half_px} px, found {width_px} x \
-         {height_px} px; hint: a smaller half size",
+         {height_px} px (hint: a smaller half size)",
         2 * half_px + 7
     )]
     GridTooLarge {
@@ -63,8 +63,8 @@ pub enum CorrelationError {
     },
     /// A reference image shows nothing that subsets could be told by.
     #[error(
-        "reference image: expected texture, found none at any of {n_places} places over it; hint: is it the right picture, lit and in \
-         focus?"
+        "reference image: expected texture, found none at any of {n_places} places over it (hint: is it the right picture, lit and in \
+         focus?)"
     )]
     NoTexture {
         /// Places that were looked at.
@@ -98,8 +98,8 @@ pub enum CorrelationError {
     },
     /// No method is as accurate as was asked.
     #[error(
-        "{}: accuracy: expected a method with an error of at most {asked_px} px on the shifted reference and the film, found {best}; \
-         hint: {hint}",
+        "{}: accuracy: expected a method with an error of at most {asked_px} px on the shifted reference and the film, found {best} \
+         (hint: {hint})",
         path.display()
     )]
     AccuracyNotReached {
@@ -124,7 +124,7 @@ pub enum CorrelationError {
     },
     /// A method that takes rectangles, and a subset within an outline.
     #[error(
-        "subset {name:?}: expected a rectangle for the method {method}, found an outline; hint: the methods `icgn-...` take outlines"
+        "subset {name:?}: expected a rectangle for the method {method}, found an outline (hint: the methods `icgn-...` take outlines)"
     )]
     Outline {
         /// The method.

@@ -33,7 +33,7 @@
 //!   ([`propose_markers`], [`expected_sigma`]).
 //!
 //! How near all of them come to the noise floor, how often their intervals hold, and what they cost stands in the book, "What image
-//! correlation reaches" (`docs/src/measured/correlation.md`); `tests/ladder.rs`, `benches/matching.rs` and the
+//! correlation reaches" (`docs/src/measured/correlation.md`); `tests/ladder`, `benches/matching.rs` and the
 //! tests of `chainwave-opencv` make its tables anew.
 //! The instruction set is chosen at run time, and results have the same bits with each, for any number of threads.
 //!
@@ -114,7 +114,7 @@ pub use foreign::{FlowSettings, ForeignMethods, GrayImage, has_foreign, register
 pub use grid_choice::{ChosenGrid, PicturePair};
 pub use icgn::outcome::{Match, Workspace};
 pub use markers::{Marker, MarkerRow, propose_markers};
-pub use method::{METHODS, Method};
+pub use method::Method;
 pub use prepared::PreparedSubset;
 pub use reference::edge::{SharpEdge, Side, detected_edge, sharp_edge};
 pub use reference::{Reference, mean_of_frames};

@@ -37,41 +37,8 @@ pub enum Method {
     },
 }
 
-/// The names of all methods.
-pub const METHODS: &[&str] = &[
-    "opencv-lk",
-    "opencv-ecc",
-    "opencv-phase",
-    "template-parabola",
-    "icgn-linear-translation",
-    "icgn-linear-rigid",
-    "icgn-linear-affine",
-    "icgn-linear-quadratic",
-    "icgn-linear-auto",
-    "icgn-cubic-translation",
-    "icgn-cubic-rigid",
-    "icgn-cubic-affine",
-    "icgn-cubic-quadratic",
-    "icgn-cubic-auto",
-    "icgn-cubic-moms-translation",
-    "icgn-cubic-moms-rigid",
-    "icgn-cubic-moms-affine",
-    "icgn-cubic-moms-quadratic",
-    "icgn-cubic-moms-auto",
-    "icgn-quintic-translation",
-    "icgn-quintic-rigid",
-    "icgn-quintic-affine",
-    "icgn-quintic-quadratic",
-    "icgn-quintic-auto",
-    "icgn-quintic-moms-translation",
-    "icgn-quintic-moms-rigid",
-    "icgn-quintic-moms-affine",
-    "icgn-quintic-moms-quadratic",
-    "icgn-quintic-moms-auto",
-];
-
 impl Method {
-    /// Every method, in the order of [`METHODS`].
+    /// Every method: those without a choice of shape function first, then IC-GN by interpolation and shape function.
     pub fn all() -> Vec<Self> {
         let icgn = Interpolation::ALL.into_iter().flat_map(|interpolation| {
             ShapeChoice::ALL.into_iter().map(move |shape| Self::IcGn { interpolation, shape })
@@ -208,6 +175,39 @@ impl FromStr for Method {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The names of all methods, which users write.
+    const METHODS: &[&str] = &[
+        "opencv-lk",
+        "opencv-ecc",
+        "opencv-phase",
+        "template-parabola",
+        "icgn-linear-translation",
+        "icgn-linear-rigid",
+        "icgn-linear-affine",
+        "icgn-linear-quadratic",
+        "icgn-linear-auto",
+        "icgn-cubic-translation",
+        "icgn-cubic-rigid",
+        "icgn-cubic-affine",
+        "icgn-cubic-quadratic",
+        "icgn-cubic-auto",
+        "icgn-cubic-moms-translation",
+        "icgn-cubic-moms-rigid",
+        "icgn-cubic-moms-affine",
+        "icgn-cubic-moms-quadratic",
+        "icgn-cubic-moms-auto",
+        "icgn-quintic-translation",
+        "icgn-quintic-rigid",
+        "icgn-quintic-affine",
+        "icgn-quintic-quadratic",
+        "icgn-quintic-auto",
+        "icgn-quintic-moms-translation",
+        "icgn-quintic-moms-rigid",
+        "icgn-quintic-moms-affine",
+        "icgn-quintic-moms-quadratic",
+        "icgn-quintic-moms-auto",
+    ];
 
     #[test]
     fn every_name_stands_for_its_method() {

@@ -5,4 +5,4 @@ mod correction;
 mod file;
 
 pub use self::correction::{Correction, Remedy};
-pub use self::file::{CORRECTIONS_FILE, Corrections, corrections_csv};
+pub use self::file::{CORRECTIONS_FILE, Corrections, CorrectionsSource, corrections_csv};

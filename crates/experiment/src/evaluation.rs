@@ -24,11 +24,10 @@ use crate::evaluation::notices::{
     aligned_by_one_striker, aligned_without_body_1, before_the_wave, not_aligned, not_shown, notices,
 };
 use crate::evaluation::recording_alignment::RecordingAlignments;
-use crate::finding::Finding;
+use crate::finding::{Finding, LeftOutRecording};
 use crate::fitting::damping::StatedDamping;
-use crate::fitting::fits::{Departures, Fits, Material, ReadOff, known};
+use crate::fitting::fits::{Departures, Fits, Material, ReadOff, priors};
 use crate::fitting::model_beside::{ModelBeside, model_beside};
-use crate::merging::joining::Unjoined;
 use crate::merging::joint::Joint;
 use crate::merging::merged;
 use crate::merging::picture_geometry::PictureGeometry;
@@ -47,7 +46,7 @@ pub struct Evaluation {
     /// Recordings that contradict the others of their view, and were left out.
     pub left_out: Vec<Outlier>,
     /// Recordings whose view could not be joined with the others.
-    pub unjoined: Vec<Unjoined>,
+    pub unjoined: Vec<LeftOutRecording>,
     /// What contradicts the experiment.
     pub findings: Vec<Finding>,
     /// Whether the camera moves.
@@ -106,46 +105,38 @@ pub fn evaluate(
     let step = || monitor.done(Stage::Evaluating, 1);
     let stated = StatedMotion::of(experiment, tracked.last_s(), n_threads)?;
     let of_all = merged(setup, tracked, &stated, n_threads)?;
-    let Joint { setup: mapped, scale, geometry, observations, .. } = of_all.joint;
-    let Joint { stabilisation, stitched, left_out, unjoined, .. } = of_all.joint;
     step();
-    let known = &known(experiment, &mapped.map, &scale, of_all.shortening);
+    let Joint { setup: mapped, scale, observations, .. } = &of_all.joint;
+    let priors = &priors(experiment, &mapped.map, scale, of_all.shortening);
     let chain = &experiment.chain_model()?;
-    let (reading_errors, usual_geometry) = (of_all.reading_errors.as_slice(), &of_all.usual_geometry);
-    let material =
-        Material { experiment, stitched: &stitched, chain, known, reading_errors, usual_geometry, n_threads };
+    let material = Material::of(experiment, &of_all, chain, priors, n_threads);
     // Neither asks what the other finds.
     let read_off = || material.read_off(&of_all.shared, &step);
-    let (read, fits) = both_in_parallel(n_threads, read_off, || material.fits(&observations, &step));
+    let (read, fits) = both_in_parallel(n_threads, read_off, || material.fits(observations, &step));
     let ReadOff { measurement, pulses, energy_fit } = read?;
+    let Joint { geometry, observations, stabilisation, stitched, left_out, unjoined, .. } = of_all.joint;
+    let damping = damping_of(&fits, &energy_fit, critical_kg_per_s(chain));
     let Fits { reached, track_fit, departures, imposed_fit, release_fit } = fits;
     let used = measurement.group_velocity.as_ref().ok().map(|velocity| velocity.gaps.0..=velocity.gaps.1);
-    let critical = critical_kg_per_s(chain);
-    let without_release = || StatedDamping::of(&track_fit, &imposed_fit, &energy_fit, critical);
-    let of_release = release_fit.as_ref().map(|fit| StatedDamping::of_release(fit, critical));
-    let damping = of_release.unwrap_or_else(without_release);
     let recording_alignments =
         RecordingAlignments::of(&stitched.alignments, accepted(&track_fit), experiment.far_striker.is_some());
+    let mut notices = notices(experiment, &tracked.recordings, &observations, &recording_alignments);
+    notices.extend(before_the_wave(&observations, &reached));
+    notices.extend(of_drive(experiment, &observations));
     let of_model = track_fit.iter().flat_map(TrackFit::warnings);
-    let mut notices: Vec<Finding> =
-        notices(experiment, &tracked.recordings, &observations, &recording_alignments)
-            .into_iter()
-            .chain(before_the_wave(&observations, &reached))
-            .chain(of_drive(experiment, &observations))
-            .chain(Finding::all_of("chain_model", "the chain model", of_model))
-            .collect();
+    notices.extend(Finding::all_of("chain_model", "the chain model", of_model));
     let believed = track_fit.as_ref().ok().filter(|fit| fit.is_believed());
-    notices.extend(believed.and_then(|fit| usual_geometry.finding(&fit.usual_amplitudes, &stitched.motion)));
+    notices.extend(
+        believed.and_then(|fit| of_all.usual_geometry.finding(&fit.usual_amplitudes, &stitched.motion)),
+    );
     let model = believed
         .map(|fit| model_beside(experiment, &stitched.motion, fit, used))
         .and_then(|beside| beside.map_err(|why| notices.push(not_shown(&why))).ok());
     let by_model = accepted(&track_fit)
         .map(|fit| aligned_motion(&reached, fit, &stitched.motion.times_s))
         .and_then(|aligned| aligned.map_err(|why| notices.push(not_aligned(&why))).ok());
-    let speed = match &measurement.group_velocity {
-        Ok(found) => speed(experiment, &stated, found.velocity_m_per_s)?,
-        Err(_) => None,
-    };
+    let c_g = measurement.group_velocity.as_ref().ok().map(|found| found.velocity_m_per_s);
+    let speed = c_g.map(|c_g| speed(experiment, &stated, c_g)).transpose()?.flatten();
     step();
     monitor.ended(Stage::Evaluating);
     Ok(Evaluation {
@@ -173,6 +164,18 @@ pub fn evaluate(
     })
 }
 
+/// The damping that stands for the experiment: of a chain that is let go by its own fit, of others by those to tracks and energies.
+fn damping_of(
+    fits: &Fits,
+    energy_fit: &Result<EnergyFit, FitError>,
+    critical_kg_per_s: f64,
+) -> StatedDamping {
+    match &fits.release_fit {
+        Some(fit) => StatedDamping::of_release(fit, critical_kg_per_s),
+        None => StatedDamping::of(&fits.track_fit, &fits.imposed_fit, energy_fit, critical_kg_per_s),
+    }
+}
+
 /// What the alignment does not know of the chain's drive.
 fn of_drive(experiment: &Experiment, observations: &[Observation]) -> Vec<Finding> {
     let by_one_striker = experiment.far_striker.as_ref().map(|_| aligned_by_one_striker());
@@ -188,11 +191,12 @@ impl Evaluation {
 
     /// What the reader should know.
     pub fn warnings(&self) -> Vec<Finding> {
-        let left_out = self.left_out_recordings().into_iter().map(|(recording, reason)| Finding {
-            code: "left_out",
-            subject: recording,
-            text: format!("it was left out: {reason}"),
-        });
+        let left_out =
+            self.left_out_recordings().into_iter().map(|LeftOutRecording { recording, reason }| Finding {
+                code: "left_out",
+                subject: recording,
+                text: format!("it was left out: {reason}"),
+            });
         let aligned = Finding::all_of("alignment", "the alignment", self.stitched.warnings.iter().cloned());
         let of_damping = Finding::all_of("damping", "the damping", self.damping.warnings.iter().cloned());
         let findings = self.findings.iter().cloned().chain(left_out).chain(self.of_camera.iter().cloned());
@@ -200,10 +204,12 @@ impl Evaluation {
     }
 
     /// Recordings that were tracked and have no part in the motion, each with the reason.
-    pub fn left_out_recordings(&self) -> Vec<(String, String)> {
-        let contradict = self.left_out.iter().map(|one| (one.recording.clone(), one.evidence.to_string()));
-        let unjoined = self.unjoined.iter().map(|one| (one.recording.clone(), one.reason.clone()));
-        contradict.chain(unjoined).collect()
+    pub fn left_out_recordings(&self) -> Vec<LeftOutRecording> {
+        let contradict = self.left_out.iter().map(|one| LeftOutRecording {
+            recording: one.recording.clone(),
+            reason: one.evidence.to_string(),
+        });
+        contradict.chain(self.unjoined.iter().cloned()).collect()
     }
 }
 

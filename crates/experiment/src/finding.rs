@@ -33,23 +33,40 @@ impl Finding {
     }
 }
 
+/// A recording that can be read and has no part in the motion.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LeftOutRecording {
+    /// Its name in the trials table.
+    pub recording: String,
+    /// Why.
+    pub reason: String,
+}
+
+impl LeftOutRecording {
+    /// Each of some trials, for one reason.
+    pub fn each_of<'t>(trials: impl IntoIterator<Item = &'t Trial>, reason: &str) -> Vec<Self> {
+        let of = |trial: &Trial| Self { recording: trial.recording.clone(), reason: reason.to_owned() };
+        trials.into_iter().map(of).collect()
+    }
+}
+
 /// What was found before work.
 #[derive(Debug, Clone, Default)]
 pub struct Sanity {
     /// What contradicts the experiment.
     pub findings: Vec<Finding>,
     /// Recordings that are not to be tracked, and why.
-    pub left_out: Vec<(String, String)>,
+    pub left_out: Vec<LeftOutRecording>,
 }
 
 impl Sanity {
     /// Why a recording is left out, where it is.
     pub(crate) fn reason(&self, recording: &str) -> Option<&str> {
-        self.left_out.iter().find(|(name, _)| name == recording).map(|(_, reason)| reason.as_str())
+        self.left_out.iter().find(|one| one.recording == recording).map(|one| one.reason.as_str())
     }
 
     /// Leaves out all recordings of a view.
     pub(crate) fn leave_out(&mut self, trials: &[Trial], reason: &str) {
-        self.left_out.extend(trials.iter().map(|trial| (trial.recording.clone(), reason.to_owned())));
+        self.left_out.extend(LeftOutRecording::each_of(trials, reason));
     }
 }

@@ -67,7 +67,9 @@ pub use configuration::{
     FarEndTable, FarStrikerTable, Fault, FilmedRings, FilmedView, Gaps, GroundTable, Law, Marks, Pattern,
     Ruler, Striker, Synthetic, Tracking, Trial, Trigger, TrueChain, imposed_motion,
 };
-pub use corrections::{CORRECTIONS_FILE, Correction, Corrections, Remedy, corrections_csv};
+pub use corrections::{
+    CORRECTIONS_FILE, Correction, Corrections, CorrectionsSource, Remedy, corrections_csv,
+};
 pub use error::Error;
 pub use evaluation::decisions::Decision;
 pub use evaluation::recording_alignment::{RecordingAlignment, RecordingAlignments};
@@ -78,7 +80,7 @@ pub use film::{
     CameraEffect, FilmTruth, MeanMotion, OtherChain, Protocol, StrikerTruth, TrueTrial, Truth, WrongChain,
     film_experiment, ring_centres,
 };
-pub use finding::{Finding, Sanity};
+pub use finding::{Finding, LeftOutRecording, Sanity};
 pub use fitting::damping::{BEHIND_BODY_1, ITS_C_D, PEAK_ENERGIES, RELEASE, StatedDamping, TRACKS};
 pub use fitting::fits::Departures;
 pub use fitting::model_beside::ModelBeside;
@@ -87,7 +89,6 @@ pub use input::content::fingerprint;
 pub use input::numbers::{NotNegative, Positive};
 pub use input::table::{Column, Table};
 pub use input::text_file::{parse_toml, read_text, read_toml};
-pub use merging::joining::Unjoined;
 pub use merging::side_motion::SideMotion;
 pub use monitor::{Monitor, Progress, Stage};
 pub use plan::{
@@ -114,13 +115,13 @@ pub use tables::wave::{
 };
 pub use timing::unresolved::add_unresolved_motion;
 pub use tracked::{Origin, Tracked, TrackedRecording};
-pub use tracking::follow::{EdgeNote, Followed, FollowedSubset, edges_beside, follow, threads_of_each};
+pub use tracking::follow::{Followed, FollowedSubset, follow, threads_of_each};
 pub use tracking::key::TrackKey;
-pub use tracking::matching::{MethodChoice, USUAL_ERROR_PX};
+pub use tracking::matching::{MethodChoice, NamedMatching, USUAL_ERROR_PX};
 pub use tracking::picture_field::{FieldRequest, FoundField};
 pub use tracking::points::{FollowedPoints, PlacedPoint, PlacedSubset, PointTracking, subsets_in};
 pub use tracking::share::Share;
 pub use tracking::shot::{LookedAt, Shot};
 pub use tracking::store::{Kept, MemoryStore, TrackStore};
-pub use tracking::{track, track_share};
+pub use tracking::{TrackedShare, track, track_share};
 pub use tracks::{FollowedBody, RecordingTracks};

@@ -95,14 +95,7 @@ pub(crate) fn merged<'a>(
         let errors = [of_views, apart.errors.clone(), of_each_view.clone()].concat();
         joint.stitched = merge(&joint.observations, &with(errors))?;
     }
-    let motion = &mut joint.stitched.motion;
-    shared.add_to(motion);
-    joint.stabilisation.add_to(motion, &joint.observations);
-    unresolved.add_to(motion);
-    joint.scale.add_to(motion);
-    if let Some(inclination) = &inclination {
-        inclination.add_to(motion);
-    }
+    add_errors(&mut joint, &shared, &unresolved, inclination.as_ref());
     joint.observations = joint.stabilisation.widened(joint.observations);
     let usual_geometry = UsualGeometry::of(&joint);
     let light_moves = tracked.findings.iter().any(|finding| finding.code == MOVING_LIGHT);
@@ -129,6 +122,23 @@ pub(crate) fn merged<'a>(
         usual_geometry,
         joint,
     })
+}
+
+/// Adds what merging did not add to the errors of the motion.
+fn add_errors(
+    joint: &mut Joint<'_>,
+    shared: &SharedErrors,
+    unresolved: &UnresolvedMotion,
+    inclination: Option<&Inclination>,
+) {
+    let motion = &mut joint.stitched.motion;
+    shared.add_to(motion);
+    joint.stabilisation.add_to(motion, &joint.observations);
+    unresolved.add_to(motion);
+    joint.scale.add_to(motion);
+    if let Some(inclination) = inclination {
+        inclination.add_to(motion);
+    }
 }
 
 /// What the experiment states of rest, drives, triggers, and how the chain answers to its drive.

@@ -56,7 +56,7 @@ use crate::chain::stated_motion::StatedMotion;
 use crate::error::Error;
 use crate::evaluation::evaluate;
 use crate::finding::Finding;
-use crate::fitting::fits::{known, track_model};
+use crate::fitting::fits::{priors, track_model};
 use crate::merging::joint::Joint;
 use crate::merging::{Merged, merged};
 use crate::monitor::{Monitor, Stage};
@@ -327,8 +327,8 @@ fn rehearsed(rehearsal: &Rehearsal, n_threads: NonZero<usize>) -> Result<Precisi
         merged(setup, &tracked, &stated, n_threads)?;
     let Joint { setup: mapped, scale, stitched, observations, .. } = joint;
     let measurement = shared.measure(experiment, &stitched.motion, chosen_gaps(experiment), n_threads)?;
-    let known = known(experiment, &mapped.map, &scale, 0.0);
-    let model = track_model(experiment, experiment.chain_model()?, &known, n_threads);
+    let priors = priors(experiment, &mapped.map, &scale, 0.0);
+    let model = track_model(experiment, experiment.chain_model()?, &priors, n_threads);
     let model =
         model.map(|model| TrackModel { reading_errors, usual_errors: usual_geometry.errors, ..model });
     let offsets_s: Vec<f64> = stitched.alignments.iter().map(|one| one.trigger_offset_s.value).collect();

@@ -16,7 +16,7 @@ use chainwave_measurement::{BodyTrack, Estimate, Observation, Subset, map_in_par
 
 use crate::configuration::Trial;
 use crate::error::Error;
-use crate::finding::{Finding, Sanity};
+use crate::finding::{Finding, LeftOutRecording, Sanity};
 use crate::geometry::stages::Stages;
 use crate::monitor::{Monitor, Stage};
 use crate::recordings::failed_recording::FailedRecording;
@@ -48,14 +48,16 @@ pub fn track(
     let results = track_each(setup, &setup.trials, &stages, sanity, store, n_threads, monitor)?;
     let beforehand =
         |(subject, reason)| Finding { code: "left_out", subject, text: format!("it was left out: {reason}") };
-    let findings = grouped(&sanity.left_out).into_iter().map(beforehand);
+    let why = |one: &LeftOutRecording| (one.recording.clone(), one.reason.clone());
+    let why: Vec<(String, String)> = sanity.left_out.iter().map(why).collect();
+    let findings = grouped(&why).into_iter().map(beforehand);
     let findings = sanity.findings.iter().cloned().chain(findings).collect();
     let mut tracked =
         Tracked { recordings: Vec::new(), observations: Vec::new(), failed: Vec::new(), stages, findings };
     let mut unusable = Vec::new();
     for (trial, result) in setup.trials.iter().zip(results) {
         match result.and_then(|recording| observed(setup, recording)) {
-            Ok((recording, observation, lost)) => {
+            Ok(Observed { recording, observation, unusable: lost }) => {
                 unusable.extend(lost.map(|lost| (trial.recording.clone(), lost)));
                 tracked.observations.push(observation);
                 tracked.recordings.push(recording);
@@ -85,15 +87,19 @@ pub fn track(
     Ok(tracked)
 }
 
-/// A recording's tracks as positions along the chain, without bodies that were never found at rest, which have no displacement; and what
-/// is to be said of those.
+/// A recording that was tracked, with its positions along the chain.
+struct Observed {
+    recording: TrackedRecording,
+    observation: Observation,
+    /// What is to be said of bodies that were left out.
+    unusable: Option<String>,
+}
+
+/// A recording's tracks as positions along the chain, without bodies that were never found at rest, which have no displacement.
 ///
 /// # Errors
 /// A recording of which no body is left.
-fn observed(
-    setup: &Setup,
-    mut recording: TrackedRecording,
-) -> Result<(TrackedRecording, Observation, Option<String>), Error> {
+fn observed(setup: &Setup, mut recording: TrackedRecording) -> Result<Observed, Error> {
     let rest_until_s = setup.experiment.tracking.rest_until_s;
     let all = recording.observation();
     let n_rest = all.times_s.iter().take_while(|time_s| **time_s < rest_until_s).count();
@@ -114,7 +120,7 @@ fn observed(
     };
     if observation.bodies.is_empty() {
         return Err(Error::Value(format!(
-            "{name}: expected bodies that are found at rest, found none: {numbers} are lost before rest_until_s ({}; hint: do subsets lie on their markers?)",
+            "{name}: expected bodies that are found at rest, found none: {numbers} are lost before rest_until_s: {} (hint: do subsets lie on their markers?)",
             why()
         )));
     }
@@ -124,11 +130,18 @@ fn observed(
             why()
         )
     });
-    Ok((recording, observation, unusable))
+    Ok(Observed { recording, observation, unusable })
 }
 
-/// Tracks the recordings of a share that the store does not hold yet, for a run that evaluates all of them later; returns how many are
-/// tracked, and those that fail.
+/// What became of a share of the recordings.
+pub struct TrackedShare {
+    /// How many are tracked.
+    pub n_tracked: usize,
+    /// Those that failed.
+    pub failed: Vec<FailedRecording>,
+}
+
+/// Tracks the recordings of a share that the store does not hold yet, for a run that evaluates all of them later.
 ///
 /// # Errors
 /// As [`track`], but for recordings that fail.
@@ -139,7 +152,7 @@ pub fn track_share(
     store: &dyn TrackStore,
     n_threads: NonZero<usize>,
     monitor: &Monitor<'_>,
-) -> Result<(usize, Vec<FailedRecording>), Error> {
+) -> Result<TrackedShare, Error> {
     let trials = share.of(&setup.trials);
     let stages = Stages::for_placing(setup, &usable(setup, sanity), setup.method(), n_threads);
     let results = track_each(setup, &trials, &stages, sanity, store, n_threads, monitor)?;
@@ -148,7 +161,7 @@ pub fn track_share(
         .into_iter()
         .zip(results)
         .filter_map(|(trial, result)| result.err().map(|error| FailedRecording { trial, error }));
-    Ok((n_tracked, failed.collect()))
+    Ok(TrackedShare { n_tracked, failed: failed.collect() })
 }
 
 /// The recordings of views that show what their stage says.

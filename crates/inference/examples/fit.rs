@@ -19,7 +19,7 @@ fn main() -> Result<(), FitError> {
         // The search begins at a third of c_d and half of c_s.
         chain: chain(0.001, 0.1, 2.73)?,
         striker_velocity_m_per_s: Estimate::new(2.73, 0.05),
-        known: Vec::new(),
+        priors: Vec::new(),
         reading_errors: Vec::new(),
         usual_errors: Vec::new(),
         n_threads: std::thread::available_parallelism().unwrap_or(NonZero::<usize>::MIN),

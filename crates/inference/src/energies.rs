@@ -15,7 +15,7 @@ use crate::damping::{Damping, STARTS};
 use crate::error::FitError;
 use crate::excess::{degrees_of_freedom, inflation, reduced_chi_squared};
 use crate::least_squares::{Failure, Stop, least_of};
-use prediction::{DRIVE_SCALE, Prediction, Times, VELOCITY, known_of};
+use prediction::{DRIVE_SCALE, Prediction, Times, VELOCITY, priors_of};
 use residuals::{Comparison, EnergyResiduals};
 use whitening::cholesky_whitening;
 
@@ -102,7 +102,7 @@ fn fit(problem: &EnergyResiduals<'_>, numbers: (usize, usize)) -> Result<EnergyF
         },
         striker_velocity_m_per_s: estimate(VELOCITY),
         drive_scale: values[DRIVE_SCALE],
-        factors: known_of(problem.model).found(estimate),
+        factors: priors_of(problem.model).found(estimate),
         reduced_chi_squared,
         p_value: chance(reduced_chi_squared, degrees_of_freedom, numbers),
         n_residuals,

@@ -57,11 +57,11 @@ pub fn p_values(
     seeds: Range<u64>,
     n_threads: NonZero<usize>,
 ) -> Result<Vec<PValues>, FitError> {
-    let law = PowerLaw::new(60.1, 2.27e-3, 0.114)?;
+    let law = PowerLaw::ELLIPTICAL_RING;
     let model = TrackModel {
         chain: chain(law.into(), 0.001, VELOCITY.value),
         striker_velocity_m_per_s: VELOCITY,
-        known: Vec::new(),
+        priors: Vec::new(),
         reading_errors: Vec::new(),
         usual_errors: Vec::new(),
         n_threads: NonZero::<usize>::MIN,

@@ -83,7 +83,7 @@ fn finish(problem: &ImposedResiduals<'_>, minimum: &Minimum) -> Result<ImposedFi
     let estimate = |i: usize| Estimate::new(unknowns[i], inflation * total[(i, i)].sqrt());
     Ok(ImposedFit {
         chain_damping_kg_per_s: estimate(0),
-        factors: problem.known().found(estimate),
+        factors: problem.priors().found(estimate),
         reduced_chi_squared,
         n_residuals: displacements.samples.len(),
         n_simulations: problem.n_simulations(),

@@ -41,9 +41,9 @@ mod error;
 mod excess;
 pub mod false_choices;
 mod imposed;
-mod known;
 mod least_squares;
 mod measured_rates;
+mod priors;
 mod quadrature;
 mod quantity;
 mod released;
@@ -55,11 +55,12 @@ pub use damping::{Damping, critical_kg_per_s, damping_rule, refusal};
 pub use energies::{EnergyFit, EnergyModel, fit_peak_energies};
 pub use error::FitError;
 pub use imposed::{ImposedFit, ImposedModel, fit_imposed};
-pub use quantity::{Known, Quantity};
+pub use quantity::{Prior, Quantity};
 pub use released::{ReleasedFit, ReleasedModel, fit_release};
 pub use tracks::{
-    AlignedMotion, FittedRecording, Hypothesis, Interval, LeftByStated, ODDS_OF_A_CAUSE, OverTrials,
-    SIGMAS_OF_A_CAUSE, Structure, TrackFit, TrackModel, UNSTATED_MASS_SCATTER, UNSTATED_STIFFNESS_SCATTER,
-    UsualAmplitudes, aligned_motion, fit_tracks, fitted_motion, hypothesis_rule, reached, scatter_of_bodies,
-    scatter_of_bodies_rule, softening, softening_rule, stated_damping, structure_rule,
+    AlignedMotion, FittedRecording, Hypothesis, Interval, LeftByStated, ODDS_OF_A_CAUSE, OverTrials, Reached,
+    SIGMAS_OF_A_CAUSE, StatedSearch, Structure, TrackFit, TrackModel, UNSTATED_MASS_SCATTER,
+    UNSTATED_STIFFNESS_SCATTER, UsualAmplitudes, aligned_motion, fit_tracks, fitted_motion, hypothesis_rule,
+    reached, scatter_of_bodies, scatter_of_bodies_rule, softening, softening_rule, stated_damping,
+    structure_rule,
 };

@@ -44,7 +44,7 @@ pub enum Quantity {
 
 /// How well a quantity is known beforehand.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Known {
+pub struct Prior {
     /// What.
     pub quantity: Quantity,
     /// Relative standard uncertainty.

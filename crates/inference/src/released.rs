@@ -10,12 +10,12 @@ use crate::damping::mean_damping_kg_per_s;
 use crate::displacements::{Displacements, Shifts};
 use crate::error::FitError;
 use crate::excess::inflation;
-use crate::known::KnownFactors;
 use crate::least_squares::{
     Bounds, Failure, LeastSquares, Minimum, NormalEquations, Stop, Unknowns, minimise,
 };
+use crate::priors::PriorFactors;
 use crate::quadrature::quadrature;
-use crate::quantity::{Known, Quantity};
+use crate::quantity::{Prior, Quantity};
 use crate::steps::{BESIDE_FACTOR, beside_c_d};
 
 /// What is assumed of a chain that is let go.
@@ -26,7 +26,7 @@ pub struct ReleasedModel {
     /// Relative standard uncertainty of the state, all bodies alike.
     pub state_sigma: f64,
     /// Quantities that are known only within an uncertainty; the others count as exact.
-    pub known: Vec<Known>,
+    pub priors: Vec<Prior>,
     /// Drive of each recording behind the motion, relative to the mean drive, less one.
     pub drive_deviations: Vec<f64>,
 }
@@ -97,7 +97,7 @@ impl<'a> ReleasedResiduals<'a> {
         // Long enough for a release at the first sample.
         let schedule = Schedule::automatic(last_s - first_s + 2.0 * interval_s, interval_s);
         let mut shared = vec![(0.0, f64::INFINITY), (first_s, last_s), (0.5, 2.0)];
-        shared.extend(KnownFactors::new(&model.known, N_FIXED).bounds());
+        shared.extend(PriorFactors::new(&model.priors, N_FIXED).bounds());
         Ok(Self {
             displacements,
             model,
@@ -112,7 +112,7 @@ impl<'a> ReleasedResiduals<'a> {
     fn start(&self) -> Unknowns {
         let (earliest_s, latest_s) = self.bounds.shared[RELEASE];
         let mut start = vec![mean_damping_kg_per_s(&self.model.chain), 0.0_f64.clamp(earliest_s, latest_s)];
-        start.resize(N_FIXED + self.model.known.len(), 1.0);
+        start.resize(N_FIXED + self.model.priors.len(), 1.0);
         Unknowns::dense(DVector::from_vec(start))
     }
 
@@ -122,18 +122,18 @@ impl<'a> ReleasedResiduals<'a> {
             C_D => "c_d".into(),
             RELEASE => "the instant of the release".into(),
             STATE => "the state".into(),
-            factor => self.known().name(factor),
+            factor => self.priors().name(factor),
         })
     }
 
     /// The factors on what is known within an uncertainty.
-    fn known(&self) -> KnownFactors<'a> {
-        KnownFactors::new(&self.model.known, N_FIXED)
+    fn priors(&self) -> PriorFactors<'a> {
+        PriorFactors::new(&self.model.priors, N_FIXED)
     }
 
     /// The chain with trial values in place, let go from the state of one of the drives.
     fn chain(&self, unknowns: &DVector<f64>, deviation: f64) -> Chain {
-        let mut chain = self.known().without_striker(&self.model.chain, unknowns[C_D], unknowns);
+        let mut chain = self.priors().without_striker(&self.model.chain, unknowns[C_D], unknowns);
         if let Drive::Free { displacement_m, velocity_m_per_s } = &mut chain.drive {
             let factor = unknowns[STATE] * (1.0 + deviation);
             displacement_m.iter_mut().chain(velocity_m_per_s).for_each(|value| *value *= factor);
@@ -158,7 +158,7 @@ impl<'a> ReleasedResiduals<'a> {
     /// Displacements from where the bodies were held at the samples compared, and their derivatives by every unknown.
     fn predicted(&self, unknowns: &DVector<f64>) -> Result<(DVector<f64>, Vec<DVector<f64>>), FitError> {
         let Displacements { motion, samples } = &self.displacements;
-        let scale = self.known().picture_scale(unknowns);
+        let scale = self.priors().picture_scale(unknowns);
         let mut sum = DVector::zeros(samples.len());
         let mut derivatives = vec![sum.clone(); unknowns.len()];
         let by_chain: Vec<usize> = (0..unknowns.len()).filter(|unknown| *unknown != RELEASE).collect();
@@ -173,7 +173,7 @@ impl<'a> ReleasedResiduals<'a> {
                 let (moved_m, speed_m_per_s) = moved.at(motion.times_s[sample.1], sample.0);
                 sum[i] += weight * scale * moved_m;
                 derivatives[RELEASE][i] -= weight * scale * speed_m_per_s;
-                for unknown in by_chain.iter().filter(|unknown| self.known().is_picture_scale(**unknown)) {
+                for unknown in by_chain.iter().filter(|unknown| self.priors().is_picture_scale(**unknown)) {
                     derivatives[*unknown][i] += weight * moved_m;
                 }
             }
@@ -205,7 +205,7 @@ impl<'a> ReleasedResiduals<'a> {
             chain_damping_kg_per_s: estimate(C_D),
             release_time_s: estimate(RELEASE),
             state: estimate(STATE),
-            factors: self.known().found(estimate),
+            factors: self.priors().found(estimate),
             reduced_chi_squared,
             n_residuals: self.displacements.samples.len(),
             n_simulations: self.n_simulations.load(Ordering::Relaxed),
@@ -239,7 +239,7 @@ impl LeastSquares for ReleasedResiduals<'_> {
     fn equations(&self, at: &Unknowns) -> Result<NormalEquations, FitError> {
         let (predicted, columns) = self.predicted(&at.shared)?;
         let mut equations = self.displacements.equations(&predicted, &columns);
-        self.known().add_priors(&mut equations, &at.shared);
+        self.priors().add_priors(&mut equations, &at.shared);
         let of_state = self.model.state_sigma;
         equations.add_prior(STATE, (at.shared[STATE] - 1.0) / of_state, of_state.recip());
         Ok(equations)

@@ -29,8 +29,8 @@ use nalgebra::DMatrix;
 use crate::damping::{Damping, N_DAMPINGS, STARTS};
 use crate::error::FitError;
 use crate::excess;
-use crate::known::KnownFactors;
 use crate::least_squares::{Failure, Minimum, Own, OwnCovariance, Stop, Unknowns, least_of, minimise};
+use crate::priors::PriorFactors;
 use bootstrap::bootstrap;
 use departure::{scatter_of_bodies_at, softening_at};
 use discrepancy::discrepancy;
@@ -47,7 +47,7 @@ pub use hypothesis::{Hypothesis, UNSTATED_MASS_SCATTER, UNSTATED_STIFFNESS_SCATT
 pub use model::TrackModel;
 pub use outcome::{FittedRecording, TrackFit};
 pub use profile::Interval;
-pub use reached::reached;
+pub use reached::{Reached, reached};
 pub use structure::{Structure, structure_rule};
 pub use usual_amplitudes::UsualAmplitudes;
 
@@ -70,36 +70,96 @@ pub fn fit_tracks(
     model: &TrackModel,
     elsewhere_kg_per_s: Option<f64>,
 ) -> Result<TrackFit, FitError> {
-    let problem = TrackResiduals::new(observations, model, &[])?;
-    let least = |starts: Vec<Unknowns>| least_of(&problem, starts, &[], &Stop::STATED);
-    let usual = least(problem.starts(impact_times_s)?);
-    let best = match (usual, elsewhere_kg_per_s) {
-        (Err(Failure::Unsettled { .. }), Some(c_d_kg_per_s)) if c_d_kg_per_s > 0.0 => {
-            least(vec![problem.start_at_c_d(impact_times_s, c_d_kg_per_s)?])
-        }
-        (usual, _) => usual,
-    };
-    let (stated, (fit, rivals), n_same) = match best {
-        Ok(best) => {
-            let (_, covariance) = best.minimum.solved().map_err(|why| problem.failure(why))?;
-            let inflation = inflation_of(&problem, best.minimum.chi_squared());
-            let stated = damping_of(&best.minimum.at, &covariance, inflation);
-            let as_stated = Fit::at(&problem, best.minimum, Vec::new())?;
-            let is_lost = as_stated.structure.is_told() && as_stated.structure.size > 1.0;
-            let worth = as_stated.minimum.chi_squared();
-            match is_lost.then(|| with_the_other_end(&problem, impact_times_s, worth)).flatten() {
-                Some((other, n_same)) => (Some(stated), explained(observations, other), n_same),
-                None => (Some(stated), explained(observations, as_stated), best.n_same),
+    StatedSearch::new(observations, impact_times_s, model)?.fit(elsewhere_kg_per_s)
+}
+
+/// The search by which [`fit_tracks`] begins: for the dampings of the model as it is stated, from the usual starts.
+pub struct StatedSearch<'a> {
+    problem: TrackResiduals<'a>,
+    impact_times_s: &'a [f64],
+    found: Result<StatedFit, Failure<FitError>>,
+}
+
+/// The stated model at its minimum, and how many of the starts end there.
+struct StatedFit {
+    fit: Fit,
+    n_same: usize,
+}
+
+/// What the model as it is stated leaves over at its best.
+#[derive(Debug, Clone)]
+pub struct LeftByStated {
+    /// Structure of the residuals.
+    pub structure: Structure,
+    /// Sum of squared residuals over their number less the unknowns.
+    pub reduced_chi_squared: f64,
+}
+
+impl<'a> StatedSearch<'a> {
+    /// Searches.
+    ///
+    /// # Errors
+    /// Where the model and the observations do not fit together; a search that finds no minimum is told by [`StatedSearch::fit`].
+    pub fn new(
+        observations: &'a [Observation],
+        impact_times_s: &'a [f64],
+        model: &'a TrackModel,
+    ) -> Result<Self, FitError> {
+        let problem = TrackResiduals::new(observations, model, &[])?;
+        let found = stated_fit(&problem, problem.starts(impact_times_s)?);
+        Ok(Self { problem, impact_times_s, found })
+    }
+
+    /// What is left over at the minimum, where one was found.
+    pub fn left(&self) -> Option<LeftByStated> {
+        let StatedFit { fit, .. } = self.found.as_ref().ok()?;
+        let degrees_of_freedom = degrees_of_freedom(&self.problem);
+        Some(LeftByStated {
+            structure: fit.structure.clone(),
+            reduced_chi_squared: excess::reduced_chi_squared(fit.minimum.chi_squared(), degrees_of_freedom),
+        })
+    }
+
+    /// The fit, with what the tracks ask for beyond the stated model: [`fit_tracks`].
+    ///
+    /// # Errors
+    /// As [`fit_tracks`].
+    pub fn fit(self, elsewhere_kg_per_s: Option<f64>) -> Result<TrackFit, FitError> {
+        let Self { problem, impact_times_s, found } = self;
+        let observations = problem.observations;
+        let best = match (found, elsewhere_kg_per_s) {
+            (Err(Failure::Unsettled { .. }), Some(c_d_kg_per_s)) if c_d_kg_per_s > 0.0 => {
+                stated_fit(&problem, vec![problem.start_at_c_d(impact_times_s, c_d_kg_per_s)?])
             }
-        }
-        Err(why) => {
-            let other = Some(&why).filter(|why| matches!(why, Failure::Unsettled { .. }));
-            let other = other.and_then(|_| with_the_other_end(&problem, impact_times_s, f64::INFINITY));
-            let (other, n_same) = other.ok_or_else(|| problem.failure(why))?;
-            (None, explained(observations, other), n_same)
-        }
-    };
-    finish(observations, (&fit, &rivals), (stated, n_same))
+            (usual, _) => usual,
+        };
+        let (stated, (fit, rivals), n_same) = match best {
+            Ok(StatedFit { fit: as_stated, n_same }) => {
+                let (_, covariance) = as_stated.minimum.solved().map_err(|why| problem.failure(why))?;
+                let worth = as_stated.minimum.chi_squared();
+                let stated = damping_of(&as_stated.minimum.at, &covariance, inflation_of(&problem, worth));
+                let is_lost = as_stated.structure.is_told() && as_stated.structure.size > 1.0;
+                match is_lost.then(|| with_the_other_end(&problem, impact_times_s, worth)).flatten() {
+                    Some((other, n_same)) => (Some(stated), explained(observations, other), n_same),
+                    None => (Some(stated), explained(observations, as_stated), n_same),
+                }
+            }
+            Err(why) => {
+                let other = Some(&why).filter(|why| matches!(why, Failure::Unsettled { .. }));
+                let other = other.and_then(|_| with_the_other_end(&problem, impact_times_s, f64::INFINITY));
+                let (other, n_same) = other.ok_or_else(|| problem.failure(why))?;
+                (None, explained(observations, other), n_same)
+            }
+        };
+        finish(observations, (&fit, &rivals), (stated, n_same))
+    }
+}
+
+/// The least minimum of the stated model from some starts.
+fn stated_fit(problem: &TrackResiduals<'_>, starts: Vec<Unknowns>) -> Result<StatedFit, Failure<FitError>> {
+    let best = least_of(problem, starts, &[], &Stop::STATED)?;
+    let fit = Fit::at(problem, best.minimum, Vec::new()).map_err(Failure::Problem)?;
+    Ok(StatedFit { fit, n_same: best.n_same })
 }
 
 /// The fit of the chain whose far end is held in place of free, or free in place of held, where it leaves noise alone: a wave that comes back
@@ -138,34 +198,6 @@ pub fn stated_damping(
     let minimum = stated_minimum(&problem, impact_times_s)?;
     let (_, covariance) = minimum.solved().map_err(|why| problem.failure(why))?;
     Ok(damping_of(&minimum.at, &covariance, inflation_of(&problem, minimum.chi_squared())))
-}
-
-/// What the model as it is stated leaves over at its best.
-#[derive(Debug, Clone)]
-pub struct LeftByStated {
-    /// Structure of the residuals.
-    pub structure: Structure,
-    /// Sum of squared residuals over their number less the unknowns.
-    pub reduced_chi_squared: f64,
-}
-
-impl LeftByStated {
-    /// [`fit_tracks`] without anything that the tracks ask for beyond the stated model.
-    ///
-    /// # Errors
-    /// As [`fit_tracks`].
-    pub fn of(
-        observations: &[Observation],
-        impact_times_s: &[f64],
-        model: &TrackModel,
-    ) -> Result<Self, FitError> {
-        let problem = TrackResiduals::new(observations, model, &[])?;
-        let starts = problem.starts(impact_times_s)?;
-        let best = least_of(&problem, starts, &[], &Stop::STATED).map_err(|why| problem.failure(why))?;
-        let chi_squared = best.minimum.chi_squared();
-        let reduced_chi_squared = excess::reduced_chi_squared(chi_squared, degrees_of_freedom(&problem));
-        Ok(Self { structure: Fit::at(&problem, best.minimum, Vec::new())?.structure, reduced_chi_squared })
-    }
 }
 
 fn stated_minimum(problem: &TrackResiduals<'_>, impact_times_s: &[f64]) -> Result<Minimum, FitError> {
@@ -207,7 +239,7 @@ fn finish(
         interval.widened(at.shared[i], wider[i])
     };
     let intervals_95 = [interval(0), interval(1)];
-    let asked = fit.asked.iter().zip(N_DAMPINGS + fit.model.known.len()..);
+    let asked = fit.asked.iter().zip(N_DAMPINGS + fit.model.priors.len()..);
     let recording = |(r, own): (usize, &Own)| {
         let (of_own, about_mean) = (errors.of_each[r], errors.about_mean[r]);
         let (squares, degrees_of_freedom) = problem.of_recording(r, equations, at);
@@ -227,7 +259,7 @@ fn finish(
         intervals_95,
         bootstrap: bootstrap(problem.observations, &reduced, &covariance),
         starts: (n_same, STARTS.len()),
-        factors: KnownFactors::new(&fit.model.known, N_DAMPINGS).found(of_shared),
+        factors: PriorFactors::new(&fit.model.priors, N_DAMPINGS).found(of_shared),
         beyond: fit.beyond.clone(),
         found: asked.map(|(quantity, i)| (*quantity, of_shared(i))).collect(),
         rivals: rivals.instead.iter().map(|rival| rival.hypothesis).collect(),

@@ -104,7 +104,7 @@ pub enum MechanicsError {
         what: &'static str,
     },
     /// The simulation would need more steps or more stored samples than is sensible.
-    #[error("{quantity}: expected at most {limit:.1e}, found {found:.1e} ({hint})")]
+    #[error("{quantity}: expected at most {limit:.1e}, found {found:.1e} (hint: {hint})")]
     TooLarge {
         /// What there is too much of.
         quantity: &'static str,

@@ -21,6 +21,9 @@ pub(crate) enum Failure {
     /// Reading pixels.
     #[error(transparent)]
     Read(#[from] chainwave_measurement::ReadError),
+    /// Matching, and names of its methods.
+    #[error(transparent)]
+    Correlation(#[from] chainwave_correlation::CorrelationError),
     /// Simulating.
     #[error(transparent)]
     Mechanics(#[from] chainwave_mechanics::MechanicsError),

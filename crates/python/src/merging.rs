@@ -10,7 +10,7 @@ use chainwave_experiment::{
     ChainScene, Contact, Table, energy_table, front_table, half_width_table, motion_table, spectrum_table,
     strain_table,
 };
-use chainwave_inference::{TrackModel, critical_kg_per_s, fit_tracks, reached};
+use chainwave_inference::{Reached, TrackModel, critical_kg_per_s, fit_tracks, reached};
 use chainwave_measurement::{BodyTrack, ChainMotion, Estimate, Observation};
 use chainwave_mechanics::Drive;
 use chainwave_stitching::{Settings, Stitched, merge as merge_observations, outliers};
@@ -334,13 +334,14 @@ pub(crate) fn fit(
         let model = TrackModel {
             chain,
             striker_velocity_m_per_s: velocity,
-            known: Vec::new(),
+            priors: Vec::new(),
             reading_errors: Vec::new(),
             usual_errors: Vec::new(),
             n_threads: threads(n_threads),
         };
         let offsets_s: Vec<f64> = stitched.alignments.iter().map(|one| one.trigger_offset_s.value).collect();
-        let (reached, offsets_s) = reached(&observations, &offsets_s, &model)?;
+        let Reached { observations: reached, impact_times_s: offsets_s } =
+            reached(&observations, &offsets_s, &model)?;
         Ok((fit_tracks(&reached, &offsets_s, &model, None)?, critical))
     })?;
     let [of_chain, of_striker] = fit.damping.refusals(critical);

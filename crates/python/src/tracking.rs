@@ -1,9 +1,12 @@
 //! Points followed through recordings, as `chainwave track` follows them.
 
 use std::num::NonZero;
+use std::str::FromStr;
 
-use chainwave_correlation::ReferenceFrames;
-use chainwave_experiment::{FollowedPoints, MethodChoice, PlacedPoint, PointTracking, TrackRows};
+use chainwave_correlation::{CorrelationError, ReferenceFrames};
+use chainwave_experiment::{
+    FollowedPoints, MethodChoice, NamedMatching, PlacedPoint, PointTracking, TrackRows,
+};
 use chainwave_measurement::Recording;
 use pyo3::prelude::*;
 
@@ -32,10 +35,19 @@ impl Matching {
     /// The way of matching, and the threads.
     pub(crate) fn choice(self) -> Result<(MethodChoice, NonZero<usize>), Failure> {
         let Self { method, accuracy, shape, interpolation, threads: asked } = self;
-        let names = [&method, &shape, &interpolation].map(Option::as_deref);
-        let [method, shape, interpolation] = names;
-        Ok((MethodChoice::named(method, accuracy, shape, interpolation)?, threads(asked)))
+        let named = NamedMatching {
+            method: parsed(method)?,
+            accuracy_px: accuracy,
+            shape: parsed(shape)?,
+            interpolation: parsed(interpolation)?,
+        };
+        Ok((named.choice()?, threads(asked)))
     }
+}
+
+/// What a name stands for, where one is given.
+fn parsed<T: FromStr<Err = CorrelationError>>(name: Option<String>) -> Result<Option<T>, Failure> {
+    Ok(name.map(|name| name.parse()).transpose()?)
 }
 
 /// Threads: all cores where they are left open.

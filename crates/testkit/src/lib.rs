@@ -15,10 +15,10 @@ use std::path::PathBuf;
 use std::thread;
 
 /// Variable that names the folder of third-party recordings and pictures, which are not part of the repository.
-pub const REFERENCE_DATA: &str = "CHAINWAVE_REFERENCE_DATA";
+const REFERENCE_DATA: &str = "CHAINWAVE_REFERENCE_DATA";
 
 /// Variable that names the list to which skipping tests add a line, `package test <tab> reason`.
-pub const SKIPPED: &str = "CHAINWAVE_SKIPPED";
+const SKIPPED: &str = "CHAINWAVE_SKIPPED";
 
 /// A file or folder of the reference data; `None`, and the test is told to skip, where no folder is named.
 pub fn reference_data(name: &str) -> Option<PathBuf> {

@@ -1,7 +1,7 @@
 //! `cargo xtask tested`: the lines of a file of counts that a test prints.
 //!
 //! Some tables of the book are made by tests, which hold them to bounds besides. Such a test prints each line of its table behind
-//! `count: `, the head first; whatever else it says is left out here.
+//! `count: `, the head first; whatever else it says is left out here. It stands where the other tests do, or in a module `tables` beside them.
 
 use crate::command_line::CommandLine;
 use crate::failure::Failure;
@@ -14,7 +14,7 @@ const BEFORE: &str = "count: ";
 pub(crate) struct Tested {
     /// The file of tests, in whichever crate it lies.
     pub(crate) file: String,
-    /// The test's name.
+    /// The test's name, within the module `tables` if the file has one.
     pub(crate) test: String,
 }
 
@@ -33,9 +33,11 @@ pub(crate) fn run(tested: &Tested) -> Result<(), Failure> {
 
 /// With the features of the whole workspace, so that nothing is built twice.
 fn command(Tested { file, test }: &Tested) -> CommandLine {
+    let in_tables = format!("tables::{test}");
     CommandLine::new(["cargo", "test", "--release", "--workspace", "--test", file, "--"]).with([
         "--exact",
         test,
+        &in_tables,
         "--include-ignored",
         "--nocapture",
     ])
@@ -62,7 +64,7 @@ mod tests {
         let [file, test] = ["bending", "table"].map(str::to_owned);
         let command = command(&Tested { file, test }).to_string();
         assert!(
-            command.ends_with("--test bending -- --exact table --include-ignored --nocapture"),
+            command.ends_with("--test bending -- --exact table tables::table --include-ignored --nocapture"),
             "{command}"
         );
     }

@@ -3,8 +3,8 @@
 use std::num::NonZero;
 
 use chainwave_analysis::{
-    Direction, PulseSettings, Pulses, Sense, StrainMap, exact_motion, follow_pulses, measure_pulses,
-    power_exponent, replicate, strain_map,
+    Direction, PulseSettings, Pulses, Replicas, Sense, StrainMap, exact_motion, follow_pulses,
+    measure_pulses, power_exponent, replicate, strain_map,
 };
 use chainwave_measurement::{ChainMotion, Estimate};
 use chainwave_mechanics::{
@@ -237,7 +237,8 @@ fn stated_uncertainties_hold() {
     let found: Vec<Pulses> = replicate(&noisy, 40, 3)
         .enumerate()
         .map(|(seed, motion)| {
-            measure_pulses(&motion, PITCH_M, &settings, (40, seed as u64), NonZero::<usize>::MIN).unwrap()
+            let replicas = Replicas { n: 40, seed: seed as u64 };
+            measure_pulses(&motion, PITCH_M, &settings, replicas, NonZero::<usize>::MIN).unwrap()
         })
         .collect();
     let mut squares: [Vec<f64>; 4] = Default::default();

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use chainwave_analysis::{MeasureSettings, Measurement, dominant_frequency, measure};
+use chainwave_analysis::{DominantFrequency, MeasureSettings, Measurement, dominant_frequency, measure};
 
 use crate::common::{PITCH_M, motion_of_strain};
 
@@ -105,7 +105,8 @@ fn a_sine_in_the_tail_shows_its_amplitude_and_frequency() {
         assert!(gap.start_s > peak_time_s(gap.gap));
         assert!((gap.resolution_hz * gap.duration_s - 2.0).abs() < 1e-12);
     }
-    let (found_hz, resolution_hz) = dominant_frequency(&measured.spectrum).unwrap();
+    let DominantFrequency { frequency_hz: found_hz, resolution_hz } =
+        dominant_frequency(&measured.spectrum).unwrap();
     // The line's own image at negative frequency and the pulse's remains shift it by less than 1 % of the resolution.
     assert!((found_hz - frequency_hz).abs() < 0.01 * resolution_hz, "{found_hz}");
 }

@@ -34,7 +34,7 @@ fn dispersion_of(motion: &ChainMotion) -> DispersionMap {
 fn line_of(motion: &ChainMotion) -> Option<LineTest> {
     let map = strain_map(motion, PITCH_M).unwrap();
     let pulses = leading_pulses(&map, &FrontSettings::default());
-    let (frequency_hz, _) = dominant_frequency(&tail_spectrum(&map, &pulses)).ok()?;
+    let frequency_hz = dominant_frequency(&tail_spectrum(&map, &pulses)).ok()?.frequency_hz;
     Some(line_test(&map, &pulses, frequency_hz).unwrap())
 }
 

@@ -102,7 +102,7 @@ impl CineStorage {
             )),
             (0, bits, packing) => Err(unsupported(
                 format!("packing {packing} at {bits} bits per pixel"),
-                "readable: 8 or 16 bits unpacked, 16 bits packed as 256 (P10) or 1024 (P12L)",
+                "8 or 16 bits unpacked, and 16 bits packed as 256 (P10) or 1024 (P12L), are readable",
             )),
             (other, ..) => Err(bytes.malformed("compression", 4, "0, 1 or 2", other)),
         }

@@ -45,8 +45,7 @@ impl Numbering {
         let Some(((_, pattern), series)) = groups.into_iter().max_by_key(|(_, members)| members.len()) else {
             return Err((
                 "a folder without images".into(),
-                "a folder of TIFF, PNG, BMP, JPEG or PGM images, or the path of a recording, is expected"
-                    .into(),
+                "give a folder of TIFF, PNG, BMP, JPEG or PGM images, or the path of a recording".into(),
             ));
         };
         let n_others = images.len() - series.len();

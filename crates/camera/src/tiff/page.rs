@@ -92,7 +92,7 @@ impl PageFields<'_> {
         let bits = self.reader.values(self.directory, BITS)?.unwrap_or_else(|| vec![1]);
         match (bits.first().copied(), bits.windows(2).all(|pair| pair[0] == pair[1])) {
             (Some(bits @ (8 | 10 | 12 | 16)), true) => Ok(bits as u32),
-            _ => Err(self.unsupported(&format!("{bits:?} bits per sample"), "readable: 8, 10, 12 or 16")),
+            _ => Err(self.unsupported(&format!("{bits:?} bits per sample"), "8, 10, 12 or 16 are readable")),
         }
     }
 
@@ -120,7 +120,7 @@ impl PageFields<'_> {
         }
         let compression = self.number(COMPRESSION, UNCOMPRESSED)?;
         if !READABLE.contains(&compression) {
-            let hint = "readable: none, LZW, deflate, PackBits";
+            let hint = "none, LZW, deflate and PackBits are readable";
             return Err(self.unsupported(&format!("compression {compression}"), hint));
         }
         Ok(())

@@ -27,7 +27,7 @@ impl DeepDecoder {
         let process = Process::start(path, bits).map_err(|error| CameraError::Unsupported {
             path: path.into(),
             what: format!("video of {bits} bits, which OpenCV would cut to 8,"),
-            hint: format!("it takes the program ffmpeg, which could not be started: {error}"),
+            hint: format!("install the program ffmpeg, which could not be started: {error}"),
         })?;
         Ok(Self { path: path.into(), bits, width_px, height_px, frame: Vec::new(), process: Some(process) })
     }

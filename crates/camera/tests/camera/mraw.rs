@@ -214,10 +214,10 @@ fn what_is_not_plain_gray_or_not_there_is_refused_with_its_reason() {
 
     let (_folder, pixels, header) = MrawFile::default().write("cih");
     std::fs::remove_file(&header).unwrap();
-    assert!(open(&pixels).err().unwrap().to_string().contains("expected a .cih or .cihx"));
+    assert!(open(&pixels).err().unwrap().to_string().contains("put a .cih or .cihx"));
     let (_folder, pixels, header) = MrawFile::default().write("cih");
     std::fs::remove_file(&pixels).unwrap();
-    assert!(open(&header).err().unwrap().to_string().contains("expected a .mraw"));
+    assert!(open(&header).err().unwrap().to_string().contains("put a .mraw"));
 }
 
 #[test]

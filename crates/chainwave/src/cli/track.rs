@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use chainwave_correlation::{Interpolation, Method, ShapeChoice};
 use clap::Args;
 
 use super::positive::positive;
@@ -46,14 +47,14 @@ pub(crate) struct Track {
 pub(crate) struct Matching {
     /// Tracking method, e.g. icgn-cubic-affine.
     #[arg(long, value_name = "NAME")]
-    pub(crate) method: Option<String>,
+    pub(crate) method: Option<Method>,
     /// Fastest method with an error of at most PX, tested on these subsets shifted by known amounts.
     #[arg(long, value_name = "PX", conflicts_with_all = ["method", "interpolation"], allow_negative_numbers = true, value_parser = positive)]
     pub(crate) accuracy: Option<f64>,
     /// Shape function: translation, rigid, affine or quadratic, or auto: the simplest that the matches do not reject.
     #[arg(long, value_name = "NAME", conflicts_with = "method")]
-    pub(crate) shape: Option<String>,
+    pub(crate) shape: Option<ShapeChoice>,
     /// Interpolation of the deformed image: linear, cubic, cubic-moms, quintic or quintic-moms.
     #[arg(long, value_name = "NAME", conflicts_with = "method")]
-    pub(crate) interpolation: Option<String>,
+    pub(crate) interpolation: Option<Interpolation>,
 }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use chainwave_experiment::{Economy, Evaluation, Outlook, Setup, economy, outcome};
+use chainwave_experiment::{Economy, Evaluation, LeftOutRecording, Outlook, Setup, economy, outcome};
 use chainwave_measurement::Estimate;
 use serde_json::json;
 
@@ -98,11 +98,10 @@ pub(super) fn write(out: &Path, economy: &Economy, reached: &[Reached<'_>]) -> R
     write_json(&out.join(outputs::ACCURACY), &found)
 }
 
-/// The recordings that were not needed, each with the reason.
-pub(super) fn not_needed(stated: &Setup, economy: &Economy) -> Vec<(String, String)> {
+/// The recordings that were not needed.
+pub(super) fn not_needed(stated: &Setup, economy: &Economy) -> Vec<LeftOutRecording> {
     let is_used = |name: &str| economy.setup.trials.iter().any(|trial| trial.recording == name);
     let aims: Vec<String> = economy.outlooks.iter().map(|one| one.aim.to_string()).collect();
     let reason = format!("not needed for {}", aims.join(" and "));
-    let left = stated.trials.iter().filter(|trial| !is_used(&trial.recording));
-    left.map(|trial| (trial.recording.clone(), reason.clone())).collect()
+    LeftOutRecording::each_of(stated.trials.iter().filter(|trial| !is_used(&trial.recording)), &reason)
 }

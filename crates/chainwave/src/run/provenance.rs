@@ -67,9 +67,9 @@ pub(crate) fn write(
         version: env!("CARGO_PKG_VERSION"),
         opencv: vision_library().is_some(),
         opencv_version: vision_library().map(|library| library.version()),
-        corrections: stated.corrections.source.as_ref().map(|(file, sha256)| CorrectionsFile {
-            file,
-            sha256,
+        corrections: stated.corrections.source.as_ref().map(|source| CorrectionsFile {
+            file: &source.name,
+            sha256: &source.sha256,
             n_corrections: stated.corrections.list.len(),
             text: corrections_csv(&stated.corrections.list),
         }),

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use chainwave_experiment::{
-    Economy, FailedRecording, Plan, RecordingState, Results, Setup, Tracked, TrackedRecording, check, plan,
+    Economy, FailedRecording, LeftOutRecording, Plan, RecordingState, Results, Setup, Tracked, check, plan,
     recording_states, track,
 };
 
@@ -43,11 +43,8 @@ impl Velocity<'_> {
         match self.attempt(outcome) {
             Err(error) if !error.ends_all() => {
                 let reason = error.to_string();
-                let left_out = |one: &RecordingState| (one.recording.clone(), reason.clone());
                 let trials = &self.stated.trials;
-                let left_out: Vec<(String, String)> =
-                    recording_states(trials, &[], &[]).iter().map(left_out).collect();
-                let states = recording_states(trials, &[], &left_out);
+                let states = recording_states(trials, &[], &LeftOutRecording::each_of(trials, &reason));
                 results::write_unsolved(&self.out, &[], &states, &reason)?;
                 outputs::remove_tracks(&self.out)?;
                 Ok(Done { states, end: End::Nothing(error) })
@@ -196,7 +193,7 @@ impl Run<'_> {
     }
 
     /// What became of each recording that the experiment states: those that were not needed are left out as well.
-    fn states(&self, failed: &[FailedRecording], left_out: &[(String, String)]) -> Vec<RecordingState> {
+    fn states(&self, failed: &[FailedRecording], left_out: &[LeftOutRecording]) -> Vec<RecordingState> {
         let stated = self.velocity.stated;
         let not_needed = self.economy.map_or_else(Vec::new, |economy| accuracy::not_needed(stated, economy));
         recording_states(&stated.trials, failed, &[left_out, &not_needed].concat())
@@ -204,10 +201,8 @@ impl Run<'_> {
 
     /// The same where nothing follows from the tracks.
     fn unsolved(&self, tracked: &Tracked) -> Vec<RecordingState> {
-        let left_out = |one: &TrackedRecording| {
-            (one.trial.recording.clone(), "the tracks could not be evaluated".to_owned())
-        };
-        let left_out: Vec<(String, String)> = tracked.recordings.iter().map(left_out).collect();
+        let trials = tracked.recordings.iter().map(|one| &one.trial);
+        let left_out = LeftOutRecording::each_of(trials, "the tracks could not be evaluated");
         self.states(&tracked.failed, &left_out)
     }
 }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 use chainwave_experiment::{
-    CORRECTIONS_FILE, Correction, Corrections, DoubtfulReading, Remedy, corrections_csv,
+    CORRECTIONS_FILE, Correction, Corrections, CorrectionsSource, DoubtfulReading, Remedy, corrections_csv,
 };
 use chainwave_view::{KeepCorrections, QueuedReading, Review, ShownCorrection, ShownRemedy};
 
@@ -24,10 +24,7 @@ pub(super) fn review(
     places: &[Option<usize>],
 ) -> Result<Review, Error> {
     let file = arguments.corrections.clone().unwrap_or_else(|| folder.join(CORRECTIONS_FILE));
-    let (found, sha256) = match file.exists() {
-        true => Corrections::read(&file).map(|(list, sha256)| (list, Some(sha256)))?,
-        false => (Vec::new(), None),
-    };
+    let Corrections { list: found, source } = corrections_in(&file)?;
     // Names of the recordings in the page's list.
     let mut names = Vec::new();
     results.recordings.iter().zip(places).for_each(|(one, place)| {
@@ -51,9 +48,14 @@ pub(super) fn review(
     };
     let queue = results.queue().into_iter().filter_map(queued).take(MOST).collect();
     let path = file.display().to_string();
-    let keeper = Keeper { file, names, others, sha256: Mutex::new(sha256) };
+    let keeper = Keeper { file, names, others, known: Mutex::new(source) };
     let keep = KeepCorrections::by(move |corrections| keeper.keep(corrections));
     Ok(Review { queue, corrections: shown, path, keep })
+}
+
+/// What a file of corrections says; none where it is not there.
+fn corrections_in(file: &Path) -> Result<Corrections, Error> {
+    Ok(if file.exists() { Corrections::read(file)? } else { Corrections::default() })
 }
 
 /// Writes the file of corrections, unless somebody else did meanwhile.
@@ -63,24 +65,21 @@ struct Keeper {
     names: Vec<String>,
     /// Corrections of other recordings.
     others: Vec<Correction>,
-    /// Of the file as it was read or written last; none where there was none.
-    sha256: Mutex<Option<String>>,
+    /// The file as it was read or written last; none where there was none.
+    known: Mutex<Option<CorrectionsSource>>,
 }
 
 impl Keeper {
     fn keep(&self, corrections: &[ShownCorrection]) -> Result<(), String> {
-        let mut known = self.sha256.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-        let now = || match self.file.exists() {
-            true => Corrections::read(&self.file).map(|(_, sha256)| Some(sha256)),
-            false => Ok(None),
-        };
-        if now().map_err(|error| error.to_string())? != *known {
+        let mut known = self.known.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let now = || corrections_in(&self.file).map(|now| now.source).map_err(|error| error.to_string());
+        if now()? != *known {
             return Err("one that somebody else changed meanwhile (start chainwave view again)".into());
         }
         let mut list = corrections.iter().map(|one| self.correction(one)).collect::<Result<Vec<_>, _>>()?;
         list.extend(self.others.iter().cloned());
         write_text(&self.file, &corrections_csv(&list)).map_err(|error| error.to_string())?;
-        *known = now().map_err(|error| error.to_string())?;
+        *known = now()?;
         Ok(())
     }
 

@@ -357,7 +357,7 @@ const CASES: [(&str, Case); 9] = [
 /// That of the long count alone.
 const CHAIN: [(&str, Case); 1] = [("small bodies of a chain on black", chain)];
 
-/// Follows a film's subsets, each method every so manieth of them, and adds what they say to a sum for each.
+/// Follows a film's subsets, each method every n-th of them, and adds what they say to a sum for each.
 fn add<'a>(
     scene: &Shown,
     seed: u64,
@@ -379,7 +379,7 @@ fn add<'a>(
     }
 }
 
-/// Counts short films of every case, by methods of which each takes every so manieth subset.
+/// Counts short films of every case, by methods that take every n-th subset, each with its n.
 pub fn count(
     methods: &[(&str, usize)],
     seeds: std::ops::Range<u64>,

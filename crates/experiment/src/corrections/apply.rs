@@ -78,7 +78,7 @@ impl Corrections {
 
     /// What the corrections came to in recordings that were tracked: how many readings are taken out, and those that are about nothing.
     pub(crate) fn findings(&self, tracked: &[(&str, &RecordingTracks)]) -> Vec<Finding> {
-        let Some((file, _)) = &self.source else { return Vec::new() };
+        let Some(source) = &self.source else { return Vec::new() };
         let bodies = || tracked.iter().flat_map(|(_, tracks)| &tracks.bodies);
         let n_excluded =
             bodies().flat_map(|body| &body.positions).filter(|at| **at == Err(Lost::Excluded)).count();
@@ -109,7 +109,7 @@ impl Corrections {
                 row + 1
             )
         }));
-        Finding::all_of("corrections", file, texts)
+        Finding::all_of("corrections", &source.name, texts)
     }
 }
 

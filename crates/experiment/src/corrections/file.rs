@@ -22,10 +22,19 @@ const COLUMNS: [&str; 8] =
 /// The corrections of an experiment; none where there is no file of them.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Corrections {
-    /// The file's name as the experiment has it, and the SHA-256 of its bytes in hexadecimal digits.
-    pub source: Option<(String, String)>,
+    /// The file that says so.
+    pub source: Option<CorrectionsSource>,
     /// What it says, in its order.
     pub list: Vec<Correction>,
+}
+
+/// A file of corrections.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CorrectionsSource {
+    /// Its name, as the experiment has it; its path where it was read by itself.
+    pub name: String,
+    /// SHA-256 of its bytes, in hexadecimal digits.
+    pub sha256: String,
 }
 
 impl Corrections {
@@ -37,10 +46,10 @@ impl Corrections {
         if experiment.corrections.is_none() && !file.exists() {
             return Ok(Self::default());
         }
-        let (table, list, sha256) = Self::read_with_table(&file)?;
+        let (table, found) = Self::read_with_table(&file)?;
         let known = |one: &Correction| trials.iter().any(|trial| trial.recording == one.recording);
         let n_bodies = experiment.chain.n_bodies;
-        for (row, one) in list.iter().enumerate() {
+        for (row, one) in found.list.iter().enumerate() {
             if !known(one) {
                 return Err(table.cell(row, "recording", "one of the trials table", &one.recording));
             }
@@ -48,19 +57,20 @@ impl Corrections {
                 return Err(table.cell(row, "body", &format!("1 to {n_bodies}"), &body.to_string()));
             }
         }
-        Ok(Self { source: Some((name.display().to_string(), sha256)), list })
+        let as_named = |source| CorrectionsSource { name: name.display().to_string(), ..source };
+        Ok(Self { source: found.source.map(as_named), ..found })
     }
 
-    /// What a file of corrections says, and the SHA-256 of its bytes in hexadecimal digits; nothing is known of the experiment here.
+    /// What a file of corrections says; nothing is known of the experiment here.
     ///
     /// # Errors
     /// A file that cannot be read, a missing column, and a cell that makes no sense.
-    pub fn read(path: &Path) -> Result<(Vec<Correction>, String), Error> {
-        Self::read_with_table(path).map(|(_, list, sha256)| (list, sha256))
+    pub fn read(path: &Path) -> Result<Self, Error> {
+        Self::read_with_table(path).map(|(_, found)| found)
     }
 
     /// As [`Corrections::read`], with the table itself, which tells where a row stands.
-    fn read_with_table(path: &Path) -> Result<(Table, Vec<Correction>, String), Error> {
+    fn read_with_table(path: &Path) -> Result<(Table, Self), Error> {
         let text = read_text(path)?;
         let table = Table::parse_csv(path, &text)?;
         let [recordings, actions] = ["recording", "action"].map(|name| table.texts(name));
@@ -84,7 +94,9 @@ impl Corrections {
             Ok(one)
         };
         let list = recordings.iter().enumerate().map(of_row).collect::<Result<_, Error>>()?;
-        Ok((table, list, hexadecimal(&Sha256::digest(text.as_bytes()))))
+        let sha256 = hexadecimal(&Sha256::digest(text.as_bytes()));
+        let source = Some(CorrectionsSource { name: path.display().to_string(), sha256 });
+        Ok((table, Self { source, list }))
     }
 }
 
@@ -179,7 +191,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join(CORRECTIONS_FILE);
         std::fs::write(&path, text).unwrap();
-        Corrections::read(&path).map(|(list, _)| list).map_err(|error| error.to_string())
+        Corrections::read(&path).map(|found| found.list).map_err(|error| error.to_string())
     }
 
     #[test]

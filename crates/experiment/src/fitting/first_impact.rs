@@ -61,7 +61,7 @@ mod tests {
             damping_kg_per_s: vec![0.003; 12],
             ground_stiffness_n_per_m: Vec::new(),
             ground_law: None,
-            contact: PowerLaw::new(60.1, 2.27e-3, 0.114).unwrap().into(),
+            contact: PowerLaw::ELLIPTICAL_RING.into(),
             drive: Drive::Striker(Striker { mass_kg: 4.3e-3, velocity_m_per_s: 1.89, damping_kg_per_s: 0.2 }),
             far_end: FarEnd::Free,
         };

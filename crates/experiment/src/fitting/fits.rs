@@ -4,9 +4,9 @@ use std::num::NonZero;
 
 use chainwave_analysis::{Departure, Measurement, Pulses, Spacing};
 use chainwave_inference::{
-    EnergyFit, EnergyModel, FitError, ImposedFit, ImposedModel, Known, LeftByStated, Quantity, ReleasedFit,
-    ReleasedModel, TrackFit, TrackModel, fit_imposed, fit_peak_energies, fit_release, fit_tracks, reached,
-    scatter_of_bodies, softening,
+    EnergyFit, EnergyModel, FitError, ImposedFit, ImposedModel, LeftByStated, Prior, Quantity, Reached,
+    ReleasedFit, ReleasedModel, StatedSearch, TrackFit, TrackModel, fit_imposed, fit_peak_energies,
+    fit_release, fit_tracks, reached, scatter_of_bodies, softening,
 };
 use chainwave_measurement::{Estimate, Observation, SharedReadingError};
 use chainwave_mechanics::Chain;
@@ -20,6 +20,7 @@ use crate::fitting::assumptions::DRIVE_SCALE_SIGMA;
 use crate::fitting::first_impact::first_impact_s;
 use crate::geometry::scale::ScaleCheck;
 use crate::input::numbers::NotNegative;
+use crate::merging::Merged;
 use crate::merging::shared_errors::SharedErrors;
 use crate::merging::usual_geometry::UsualGeometry;
 
@@ -60,7 +61,7 @@ pub(crate) struct Material<'a> {
     pub(crate) experiment: &'a Experiment,
     pub(crate) stitched: &'a Stitched,
     pub(crate) chain: &'a Chain,
-    pub(crate) known: &'a [Known],
+    pub(crate) priors: &'a [Prior],
     /// Errors that the readings share.
     pub(crate) reading_errors: &'a [SharedReadingError],
     /// What a camera that nothing calibrated leaves open.
@@ -68,7 +69,27 @@ pub(crate) struct Material<'a> {
     pub(crate) n_threads: NonZero<usize>,
 }
 
-impl Material<'_> {
+impl<'a> Material<'a> {
+    /// Of recordings that were merged.
+    pub(crate) fn of(
+        experiment: &'a Experiment,
+        merged: &'a Merged<'_>,
+        chain: &'a Chain,
+        priors: &'a [Prior],
+        n_threads: NonZero<usize>,
+    ) -> Self {
+        let Merged { joint, reading_errors, usual_geometry, .. } = merged;
+        Self {
+            experiment,
+            stitched: &joint.stitched,
+            chain,
+            priors,
+            reading_errors,
+            usual_geometry,
+            n_threads,
+        }
+    }
+
     pub(crate) fn read_off(&self, shared: &SharedErrors, step: &impl Fn()) -> Result<ReadOff, Error> {
         let Self { experiment, stitched, n_threads, .. } = *self;
         let motion = &stitched.motion;
@@ -95,7 +116,7 @@ impl Material<'_> {
     pub(crate) fn fits(&self, observations: &[Observation], step: &impl Fn()) -> Fits {
         let imposed_fit = self.behind_body_1();
         let (reached, track_fit) = match self.reached(observations) {
-            Ok((model, reached, impacts_s)) => {
+            Ok((model, Reached { observations: reached, impact_times_s: impacts_s })) => {
                 let elsewhere = imposed_fit.as_ref().ok().map(|fit| fit.chain_damping_kg_per_s.value);
                 let fit = self.fit_to((&reached, &impacts_s), &model, elsewhere);
                 (reached, fit)
@@ -117,42 +138,39 @@ impl Material<'_> {
         model: &TrackModel,
         elsewhere: Option<f64>,
     ) -> Result<TrackFit, FitError> {
-        let fit = |model: &TrackModel| fit_tracks(reached, impacts_s, model, elsewhere);
-        if !self.may_be_geometry((reached, impacts_s), model) {
-            return fit(model);
+        let stated = StatedSearch::new(reached, impacts_s, model)?;
+        if !self.may_be_geometry(&stated) {
+            return stated.fit(elsewhere);
         }
-        let open = fit(&TrackModel { usual_errors: self.usual_geometry.errors.clone(), ..model.clone() });
+        let open = TrackModel { usual_errors: self.usual_geometry.errors.clone(), ..model.clone() };
+        let open = fit_tracks(reached, impacts_s, &open, elsewhere);
         if open.as_ref().is_ok_and(TrackFit::leaves_noise_alone) {
             return open;
         }
-        let as_square = fit(model)?;
+        let as_square = stated.fit(elsewhere)?;
         Ok(open.ok().filter(|_| !as_square.leaves_noise_alone()).unwrap_or(as_square))
     }
 
-    /// Whether a usual geometry may be behind what the model leaves over in these tracks.
-    fn may_be_geometry(&self, (reached, impacts_s): (&[Observation], &[f64]), model: &TrackModel) -> bool {
-        let is_open = !self.usual_geometry.errors.is_empty();
+    /// Whether a usual geometry may be behind what the stated model leaves over.
+    fn may_be_geometry(&self, stated: &StatedSearch<'_>) -> bool {
         let is_as_small = |left: LeftByStated| {
             let size = left.structure.size.max((left.reduced_chi_squared - 1.0).max(0.0).sqrt());
             size < LARGEST_BY_GEOMETRY
         };
-        is_open && LeftByStated::of(reached, impacts_s, model).is_ok_and(is_as_small)
+        !self.usual_geometry.errors.is_empty() && stated.left().is_some_and(is_as_small)
     }
 
     /// The chain model as a fit to the tracks starts from it, and the recordings, with their impacts as the alignment has them, that tell when
     /// its wave came.
-    fn reached(
-        &self,
-        observations: &[Observation],
-    ) -> Result<(TrackModel, Vec<Observation>, Vec<f64>), FitError> {
-        let model = track_model(self.experiment, self.chain.clone(), self.known, self.n_threads)?;
+    fn reached(&self, observations: &[Observation]) -> Result<(TrackModel, Reached), FitError> {
+        let model = track_model(self.experiment, self.chain.clone(), self.priors, self.n_threads)?;
         let model = TrackModel { reading_errors: self.reading_errors.to_vec(), ..model };
         let alignments = &self.stitched.alignments;
         let impact_s = first_impact_s(&self.stitched.motion, self.chain)?;
         let impacts_s: Vec<f64> =
             alignments.iter().map(|one| impact_s + one.trigger_offset_s.value).collect();
-        let (reached, impacts_s) = reached(observations, &impacts_s, &model)?;
-        Ok((model, reached, impacts_s))
+        let reached = reached(observations, &impacts_s, &model)?;
+        Ok((model, reached))
     }
 
     /// Drive of each recording, relative to the mean drive, less one.
@@ -164,7 +182,7 @@ impl Material<'_> {
         moved_by_body_1(self.experiment)?;
         let model = ImposedModel {
             chain: self.chain.clone(),
-            known: known_of_chain(self.known),
+            priors: priors_of_chain(self.priors),
             drive_deviations: self.drive_deviations(),
             n_threads: self.n_threads,
         };
@@ -178,7 +196,7 @@ impl Material<'_> {
             let model = ReleasedModel {
                 chain: self.chain.clone(),
                 state_sigma: self.experiment.drive_scatter() / n_recordings.sqrt(),
-                known: known_of_chain(self.known),
+                priors: priors_of_chain(self.priors),
                 drive_deviations: self.drive_deviations(),
             };
             fit_release(&self.usual_geometry.added_to(&self.stitched.motion), &model)
@@ -221,7 +239,7 @@ fn moved_by_body_1(experiment: &Experiment) -> Result<(), FitError> {
 pub(crate) fn track_model(
     experiment: &Experiment,
     chain: Chain,
-    known: &[Known],
+    priors: &[Prior],
     n_threads: NonZero<usize>,
 ) -> Result<TrackModel, FitError> {
     asked(experiment)?;
@@ -230,7 +248,7 @@ pub(crate) fn track_model(
     Ok(TrackModel {
         chain,
         striker_velocity_m_per_s: Estimate::new(velocity, scatter),
-        known: known.to_vec(),
+        priors: priors.to_vec(),
         reading_errors: Vec::new(),
         usual_errors: Vec::new(),
         n_threads,
@@ -240,12 +258,12 @@ pub(crate) fn track_model(
 /// What the experiment knows only within an uncertainty, and the fit may move. Of a lens, what remains of its distortion counts as
 /// an error of the scale, by its size in the picture's middle. A scale that the stage contradicts is known only within that, and one of
 /// pictures that may be rolled within what they are shorter by then.
-pub(crate) fn known(
+pub(crate) fn priors(
     experiment: &Experiment,
     map: &ChainMap,
     contradiction: &ScaleCheck,
     shortening: f64,
-) -> Vec<Known> {
+) -> Vec<Prior> {
     let scale = map.m_per_px();
     let chain = &experiment.chain;
     let of_striker =
@@ -278,17 +296,17 @@ pub(crate) fn known(
     .chain(of_masses)
     .chain(of_gaps)
     .filter(|(_, relative_sigma)| *relative_sigma > 0.0)
-    .map(|(quantity, relative_sigma)| Known { quantity, relative_sigma })
+    .map(|(quantity, relative_sigma)| Prior { quantity, relative_sigma })
     .collect()
 }
 
 /// The same without what the pictures' scale leaves open: it stands among the errors that the motion states.
-fn known_of_chain(known: &[Known]) -> Vec<Known> {
-    known.iter().filter(|known| !known.quantity.is_of_pictures()).cloned().collect()
+fn priors_of_chain(priors: &[Prior]) -> Vec<Prior> {
+    priors.iter().filter(|prior| !prior.quantity.is_of_pictures()).cloned().collect()
 }
 
 fn energy_model(material: &Material<'_>, spacing: Spacing) -> Result<EnergyModel, FitError> {
-    let Material { experiment, stitched, chain, known, n_threads, .. } = *material;
+    let Material { experiment, stitched, chain, priors, n_threads, .. } = *material;
     asked(experiment)?;
     let striker = one_striker(experiment)?;
     Ok(EnergyModel {
@@ -296,7 +314,7 @@ fn energy_model(material: &Material<'_>, spacing: Spacing) -> Result<EnergyModel
         striker_velocity_m_per_s: striker.mean_velocity_m_per_s(stitched.alignments.len()),
         drive_deviations: material.drive_deviations(),
         drive_scale_sigma: stitched.drive_scale_sigma.unwrap_or(DRIVE_SCALE_SIGMA),
-        known: known_of_chain(known),
+        priors: priors_of_chain(priors),
         spacing,
         n_threads,
     })

@@ -5,22 +5,15 @@ use std::num::NonZero;
 use chainwave_measurement::{Observation, map_in_parallel};
 use chainwave_stitching::{Outlier, Settings, Stitched, StitchingError, merge, outliers};
 
+use crate::finding::LeftOutRecording;
+
 /// Recordings that were joined, and those that were not.
 pub(crate) struct Joined {
     /// Places of the recordings that were joined, among those given.
     pub(crate) kept: Vec<usize>,
     pub(crate) stitched: Stitched,
     /// Recordings whose view cannot be joined.
-    pub(crate) unjoined: Vec<Unjoined>,
-}
-
-/// A recording that could not be joined with the others.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Unjoined {
-    /// Name of the recording.
-    pub recording: String,
-    /// Why.
-    pub reason: String,
+    pub(crate) unjoined: Vec<LeftOutRecording>,
 }
 
 /// Places of the recordings that agree with the others of their view, and those that do not.
@@ -39,7 +32,7 @@ pub(crate) fn join(observations: &[Observation], settings: &Settings) -> Result<
     let (kept, stitched, reasons) = merged(observations, (0..observations.len()).collect(), settings)?;
     let unjoined = reasons
         .into_iter()
-        .map(|(index, reason)| Unjoined { recording: observations[index].recording.clone(), reason })
+        .map(|(index, reason)| LeftOutRecording { recording: observations[index].recording.clone(), reason })
         .collect();
     Ok(Joined { kept, stitched, unjoined })
 }

@@ -7,10 +7,11 @@ use chainwave_stitching::{Outlier, Settings, Stitched};
 
 use crate::chain::stated_motion::StatedMotion;
 use crate::error::Error;
+use crate::finding::LeftOutRecording;
 use crate::geometry::scale::ScaleCheck;
 use crate::geometry::stages::Stages;
 use crate::merging::between_views::BetweenViews;
-use crate::merging::joining::{Joined, Unjoined, chosen, join, sound};
+use crate::merging::joining::{Joined, chosen, join, sound};
 use crate::merging::picture_errors::PictureErrors;
 use crate::merging::picture_geometry::PictureGeometry;
 use crate::merging::stabilisation::Stabilisation;
@@ -39,7 +40,7 @@ pub(crate) struct Joint<'a> {
     pub(crate) stabilisation: Stabilisation,
     pub(crate) stitched: Stitched,
     pub(crate) left_out: Vec<Outlier>,
-    pub(crate) unjoined: Vec<Unjoined>,
+    pub(crate) unjoined: Vec<LeftOutRecording>,
 }
 
 /// Recordings by the clocks that they state, or by others.

@@ -52,10 +52,11 @@ impl PictureGeometry {
         Self { tilt: 0.0, distortion: 0.0, covariance: Matrix2::new(0.0, 0.0, 0.0, 0.0) };
 
     /// What a shape of this amplitude makes of a plain camera.
-    fn by(shape: Shapes, amplitude: f64) -> Self {
-        let of = |shapes: [Shapes; 2]| if shapes.contains(&shape) { amplitude } else { 0.0 };
-        let (tilt, distortion) = (of([Shapes::Tilt, Shapes::Both]), of([Shapes::Distortion, Shapes::Both]));
-        Self { tilt, distortion, ..Self::PLAIN }
+    fn by(shape: Shape, amplitude: f64) -> Self {
+        match shape {
+            Shape::Tilt => Self { tilt: amplitude, ..Self::PLAIN },
+            Shape::Distortion => Self { distortion: amplitude, ..Self::PLAIN },
+        }
     }
 
     /// The shapes in proportion to which recordings are asked for errors, each by itself, where their calibration leaves them open.
@@ -68,11 +69,11 @@ impl PictureGeometry {
         if recordings.iter().any(has_own) {
             return Vec::new();
         }
-        let asked = |shape: Shapes| {
+        let asked = |shape: Shape| {
             let off = self.plus(&Self::by(shape, ASKED));
             self.error_by("geometry", |map, picture_px| off.of(map, picture_px), recordings, kept)
         };
-        Shapes::EACH.map(asked).into()
+        Shape::ALL.map(asked).into()
     }
 
     /// What shapes of this amplitude do to readings by plain maps; nothing where pictures were calibrated.
@@ -123,7 +124,7 @@ impl PictureGeometry {
     /// What bodies show beyond this geometry, by the shapes of [`PictureGeometry::asked`], and of which of these; `None` where that is no more than
     /// chance.
     pub(crate) fn told(&self, shown: &[ShownByBody]) -> Option<(Self, Shapes)> {
-        let alone = Shapes::EACH.map(|shapes| Amplitudes::of(shown, shapes));
+        let alone = Shape::ALL.map(|shape| Amplitudes::of(shown, Shapes::One(shape)));
         let better = alone.into_iter().flatten().max_by(|a, b| a.gain.total_cmp(&b.gain));
         let both = Amplitudes::of(shown, Shapes::Both);
         let needs_both = |both: &Amplitudes| {
@@ -256,17 +257,25 @@ fn error(one: &TrackedRecording, plain: &BodyTrack, bent: &BodyTrack) -> TrackDe
     }
 }
 
+/// How the scale differs along a picture from that in its middle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Shape {
+    /// It grows from one edge to the other.
+    Tilt,
+    /// It is another one at both edges.
+    Distortion,
+}
+
+impl Shape {
+    /// In the order of [`PictureGeometry::asked`].
+    pub(crate) const ALL: [Self; 2] = [Self::Tilt, Self::Distortion];
+}
+
 /// Which of the shapes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Shapes {
-    Tilt,
-    Distortion,
+    One(Shape),
     Both,
-}
-
-impl Shapes {
-    /// Each by itself.
-    pub(crate) const EACH: [Self; 2] = [Self::Tilt, Self::Distortion];
 }
 
 /// How much of the shapes bodies show.
@@ -283,8 +292,8 @@ impl Amplitudes {
     /// `None` where bodies do not tell them apart.
     fn of(shown: &[ShownByBody], shapes: Shapes) -> Option<Self> {
         let keep = match shapes {
-            Shapes::Tilt => Matrix2::new(1.0, 0.0, 0.0, 0.0),
-            Shapes::Distortion => Matrix2::new(0.0, 0.0, 0.0, 1.0),
+            Shapes::One(Shape::Tilt) => Matrix2::new(1.0, 0.0, 0.0, 0.0),
+            Shapes::One(Shape::Distortion) => Matrix2::new(0.0, 0.0, 0.0, 1.0),
             Shapes::Both => Matrix2::identity(),
         };
         let of_body = |one: &ShownByBody| {
@@ -325,8 +334,8 @@ impl Amplitudes {
     fn is_beyond(&self, sigmas: f64) -> bool {
         let is_beyond = |k: usize| self.values[k].abs() > sigmas * self.covariance[(k, k)].sqrt();
         match self.shapes {
-            Shapes::Tilt => is_beyond(0),
-            Shapes::Distortion => is_beyond(1),
+            Shapes::One(Shape::Tilt) => is_beyond(0),
+            Shapes::One(Shape::Distortion) => is_beyond(1),
             Shapes::Both => is_beyond(0) || is_beyond(1),
         }
     }

@@ -4,7 +4,7 @@ use std::num::NonZero;
 use std::ops::RangeInclusive;
 
 use chainwave_analysis::{
-    Measurement, PeakEnergies, PulseSettings, Pulses, dominant_frequency, measure_pulses,
+    Measurement, PeakEnergies, PulseSettings, Pulses, Replicas, dominant_frequency, measure_pulses,
 };
 use chainwave_camera::Source;
 use chainwave_inference::{Damping, EnergyFit, FitError};
@@ -98,7 +98,8 @@ impl SharedErrors {
         n_threads: NonZero<usize>,
     ) -> Result<Pulses, Error> {
         let spacing = experiment.chain.spacing()?;
-        let replicas = (experiment.analysis.n_replicas, experiment.analysis.seed);
+        let analysis = &experiment.analysis;
+        let replicas = Replicas { n: analysis.n_replicas, seed: analysis.seed };
         let of = |motion: &ChainMotion| {
             measure_pulses(motion, spacing, &PulseSettings::default(), replicas, n_threads)
         };
@@ -194,10 +195,8 @@ fn add_interpolation(measurement: &mut Measurement) {
         gap.amplitude.iter_mut().zip(&gains).for_each(|(amplitude, gain)| *amplitude /= gain);
     }
     let [as_read, restored] = [&measurement.spectrum, &restored].map(dominant_frequency);
-    if let (Ok(tail), Ok((as_read_hz, _)), Ok((restored_hz, _))) =
-        (&mut measurement.local_resonance, as_read, restored)
-    {
-        tail.frequency_hz = with_error(tail.frequency_hz, restored_hz - as_read_hz);
+    if let (Ok(tail), Ok(as_read), Ok(restored)) = (&mut measurement.local_resonance, as_read, restored) {
+        tail.frequency_hz = with_error(tail.frequency_hz, restored.frequency_hz - as_read.frequency_hz);
     }
 }
 

@@ -11,7 +11,7 @@ use chainwave_stitching::{Alignment, Assumption, Stitched};
 use ndarray::Array2;
 
 use super::joint::Joint;
-use super::picture_geometry::{PictureGeometry, Shapes};
+use super::picture_geometry::{PictureGeometry, Shape};
 use crate::finding::Finding;
 
 /// Errors of a usual geometry, each of one standard deviation.
@@ -50,7 +50,7 @@ impl UsualGeometry {
 
     /// What the reader should know where the chain model tells such a shape, of these amplitudes, that views do not, and the motion is off by it.
     pub(crate) fn finding(&self, amplitudes: &UsualAmplitudes, motion: &ChainMotion) -> Option<Finding> {
-        let shapes = Shapes::EACH.into_iter().zip(amplitudes.estimates()).zip(&self.errors_m);
+        let shapes = Shape::ALL.into_iter().zip(amplitudes.estimates()).zip(&self.errors_m);
         let told = shapes.filter(|((_, amplitude), error_m)| {
             is_told(*amplitude) && amplitude.value.abs() * largest_share(error_m, motion) > NOTICED
         });
@@ -108,15 +108,12 @@ fn largest_share(error_m: &Array2<f64>, motion: &ChainMotion) -> f64 {
 }
 
 /// What a shape looks like.
-fn in_words(shape: Shapes) -> &'static str {
+fn in_words(shape: Shape) -> &'static str {
     match shape {
-        Shapes::Tilt => {
+        Shape::Tilt => {
             "a camera that is turned about the vertical would do (a scale that grows from one edge of a picture to the other)"
         }
-        Shapes::Distortion => {
-            "a lens that distorts would do (a scale at both edges other than in the middle)"
-        }
-        Shapes::Both => "a turned camera and a lens that distorts would do together",
+        Shape::Distortion => "a lens that distorts would do (a scale at both edges other than in the middle)",
     }
 }
 

@@ -42,7 +42,7 @@ impl Readings {
         let usual = middle(&each).ok_or_else(|| Error::Configuration {
             path: setup.path.clone(),
             message: format!(
-                "expected subsets that can be followed in some view, found none ({}; hint: camera.first_body_px, the scale, and stage_m)",
+                "expected subsets that can be followed in some view, found none: {} (hint: camera.first_body_px, the scale, and stage_m)",
                 lost.map_or("no body lies in a picture", |why| why.as_str())
             ),
         })?;

@@ -2,6 +2,7 @@
 
 use crate::configuration::Trial;
 use crate::error::Error;
+use crate::finding::LeftOutRecording;
 use crate::recordings::failed_recording::FailedRecording;
 
 /// What became of a recording.
@@ -45,11 +46,11 @@ impl State {
 pub fn recording_states(
     trials: &[Trial],
     failed: &[FailedRecording],
-    left_out: &[(String, String)],
+    left_out: &[LeftOutRecording],
 ) -> Vec<RecordingState> {
     let fate = |name: &str| -> (State, Option<String>) {
         let failure = failed.iter().find(|one| one.trial.recording == name).map(|one| &one.error);
-        let left_out = left_out.iter().find(|(recording, _)| recording == name).map(|(_, reason)| reason);
+        let left_out = left_out.iter().find(|one| one.recording == name).map(|one| &one.reason);
         match (failure, left_out) {
             (Some(Error::LeftOut { reason, .. }), _) | (None, Some(reason)) => {
                 (State::LeftOut, Some(reason.clone()))

@@ -33,8 +33,8 @@ pub(crate) fn speed(
         code: "speed",
         subject: "chain.mass_kg and contact".into(),
         text: format!(
-            "the wave runs at {:.2} m/s, {ratio:.3} times as fast as it should with a mass of {} kg and this contact law \
-             ({expected:.2} m/s; hint: are masses in grams, or is the scale wrong?)",
+            "the wave runs at {:.2} m/s, {ratio:.3} times as fast as it should with a mass of {} kg and this contact law, \
+             {expected:.2} m/s (hint: are masses in grams, or is the scale wrong?)",
             measured_m_per_s.value,
             chain.mean_mass_kg()
         ),

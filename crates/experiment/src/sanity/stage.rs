@@ -75,7 +75,7 @@ pub(super) fn empty_views(setup: &Setup, views: &[ViewAtRest], sanity: &mut Sani
             path: setup.path.clone(),
             message: format!(
                 "camera.first_body_px, the scale and stage_m: expected bodies in at least one view, found: {}",
-                sanity.left_out.first().map_or("none", |(_, reason)| reason)
+                sanity.left_out.first().map_or("none", |one| &one.reason)
             ),
         }),
     }

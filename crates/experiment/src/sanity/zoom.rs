@@ -77,7 +77,7 @@ impl Larger {
 
     fn why_left_out(&self) -> String {
         format!(
-            "its pictures are magnified otherwise: {}; hint: was the camera touched? A scale_px_per_m of its own in trials.csv keeps it",
+            "its pictures are magnified otherwise: {} (hint: was the camera touched? A scale_px_per_m of its own in trials.csv keeps it)",
             self.in_words()
         )
     }

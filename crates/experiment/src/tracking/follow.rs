@@ -115,11 +115,11 @@ pub fn threads_of_each(n_threads: NonZero<usize>, n_recordings: usize) -> NonZer
 
 /// A point beside whose subset a sharp edge runs.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct EdgeNote {
+pub(crate) struct EdgeNote {
     /// Name of the point.
-    pub point: String,
+    pub(crate) point: String,
     /// The edge.
-    pub edge: SharpEdge,
+    pub(crate) edge: SharpEdge,
 }
 
 impl fmt::Display for EdgeNote {
@@ -137,7 +137,7 @@ impl fmt::Display for EdgeNote {
 ///
 /// # Errors
 /// Pixels of the reference that cannot be read.
-pub fn edges_beside(
+pub(crate) fn edges_beside(
     recording: &dyn Recording,
     subsets: &[Subset],
     reference: &ReferenceFrames,

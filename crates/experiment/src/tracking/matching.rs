@@ -1,6 +1,6 @@
 //! The way of matching that a user asks for: a method by name, or an accuracy that one is chosen by.
 
-use chainwave_correlation::{METHODS, Method, ReferenceFrames, Settings, ShapeChoice, cheapest_within};
+use chainwave_correlation::{Interpolation, Method, ReferenceFrames, Settings, ShapeChoice, cheapest_within};
 use chainwave_measurement::{Recording, Subset};
 
 use crate::error::Error;
@@ -19,45 +19,55 @@ pub enum MethodChoice {
     },
 }
 
-impl MethodChoice {
-    /// By what is named: a rung of the ladder alone; an accuracy in pixels, with or without a shape function; or a shape function and an
-    /// interpolation of the Gauss-Newton method, each the usual one where it is left out.
+/// What a user names of the way of matching, and leaves open.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct NamedMatching {
+    /// A rung of the ladder.
+    pub method: Option<Method>,
+    /// Largest root mean square error, in pixels.
+    pub accuracy_px: Option<f64>,
+    /// The shape function.
+    pub shape: Option<ShapeChoice>,
+    /// The interpolation of the deformed image.
+    pub interpolation: Option<Interpolation>,
+}
+
+impl NamedMatching {
+    /// A rung of the ladder alone; an accuracy, with or without a shape function; or a shape function and an interpolation of the Gauss-Newton
+    /// method, each the usual one where it is left open.
     ///
     /// # Errors
-    /// A name that is none, an accuracy that is no positive number, and names that exclude each other.
-    pub fn named(
-        method: Option<&str>,
-        accuracy_px: Option<f64>,
-        shape: Option<&str>,
-        interpolation: Option<&str>,
-    ) -> Result<Self, Error> {
-        let excluded = [
-            (method.is_some() && (accuracy_px.is_some() || shape.is_some() || interpolation.is_some()))
-                .then_some("method"),
-            (accuracy_px.is_some() && interpolation.is_some()).then_some("accuracy"),
-        ];
-        if let Some(name) = excluded.into_iter().flatten().next() {
-            let others = if name == "method" { "accuracy, shape or interpolation" } else { "interpolation" };
-            return Err(Error::Value(format!("{name}: expected no {others} beside it, found both")));
+    /// An accuracy that is no positive number, and names that exclude each other.
+    pub fn choice(self) -> Result<MethodChoice, Error> {
+        let Self { method, accuracy_px, shape, interpolation } = self;
+        let excluded = |name: &str, others: &str| {
+            Err(Error::Value(format!("{name}: expected no {others} beside it, found both")))
+        };
+        if let Some(method) = method {
+            return match (accuracy_px, shape, interpolation) {
+                (None, None, None) => Ok(MethodChoice::Method(method)),
+                _ => excluded("method", "accuracy, shape or interpolation"),
+            };
         }
-        if let Some(name) = method {
-            let unknown = || format!("method {name}: expected one of {}", METHODS.join(", "));
-            return name.parse().map(Self::Method).map_err(|_unknown| Error::Value(unknown()));
-        }
-        let shape: Option<ShapeChoice> = shape.map(str::parse).transpose()?;
         if let Some(error_px) = accuracy_px {
-            let positive = error_px > 0.0 && error_px.is_finite();
-            let wrong = || format!("accuracy {error_px}: expected a positive number of pixels");
-            return positive
-                .then_some(Self::Accuracy { error_px, shape })
-                .ok_or_else(|| Error::Value(wrong()));
+            if interpolation.is_some() {
+                return excluded("accuracy", "interpolation");
+            }
+            if error_px <= 0.0 || !error_px.is_finite() {
+                let wrong = format!("accuracy {error_px}: expected a positive number of pixels");
+                return Err(Error::Value(wrong));
+            }
+            return Ok(MethodChoice::Accuracy { error_px, shape });
         }
         let usual = Settings::default();
-        let interpolation = interpolation.map(str::parse).transpose()?.unwrap_or(usual.interpolation);
-        let shape = shape.unwrap_or(ShapeChoice::Named(usual.shape));
-        Ok(Self::Method(Method::IcGn { interpolation, shape }))
+        Ok(MethodChoice::Method(Method::IcGn {
+            interpolation: interpolation.unwrap_or(usual.interpolation),
+            shape: shape.unwrap_or(ShapeChoice::Named(usual.shape)),
+        }))
     }
+}
 
+impl MethodChoice {
     /// The error that is aimed at, in pixels; `None` where a method is named.
     pub fn accuracy_px(&self) -> Option<f64> {
         match self {
@@ -102,13 +112,11 @@ pub(crate) fn noise_px(accuracy_px: Option<f64>) -> f64 {
 mod tests {
     use super::*;
 
-    fn told(
-        method: Option<&str>,
-        accuracy_px: Option<f64>,
-        shape: Option<&str>,
-        kernel: Option<&str>,
-    ) -> String {
-        match MethodChoice::named(method, accuracy_px, shape, kernel) {
+    const OPEN: NamedMatching =
+        NamedMatching { method: None, accuracy_px: None, shape: None, interpolation: None };
+
+    fn told(named: NamedMatching) -> String {
+        match named.choice() {
             Ok(MethodChoice::Method(method)) => method.to_string(),
             Ok(MethodChoice::Accuracy { error_px, .. }) => format!("{error_px} px"),
             Err(wrong) => wrong.to_string(),
@@ -118,19 +126,24 @@ mod tests {
     #[test]
     fn names_choose_a_method() {
         let Settings { interpolation, shape, .. } = Settings::default();
-        assert_eq!(told(None, None, None, None), format!("icgn-{interpolation}-{shape}"));
-        assert_eq!(told(None, None, Some("rigid"), Some("cubic")), "icgn-cubic-rigid");
-        assert_eq!(told(Some("icgn-linear-affine"), None, None, None), "icgn-linear-affine");
-        assert_eq!(told(None, Some(0.02), Some("rigid"), None), "0.02 px");
+        let method = "icgn-linear-affine".parse().ok();
+        let (rigid, cubic) = ("rigid".parse().ok(), Some(Interpolation::Cubic));
+        assert_eq!(told(OPEN), format!("icgn-{interpolation}-{shape}"));
+        assert_eq!(told(NamedMatching { shape: rigid, interpolation: cubic, ..OPEN }), "icgn-cubic-rigid");
+        assert_eq!(told(NamedMatching { method, ..OPEN }), "icgn-linear-affine");
+        assert_eq!(told(NamedMatching { accuracy_px: Some(0.02), shape: rigid, ..OPEN }), "0.02 px");
     }
 
     #[test]
     fn names_that_exclude_each_other_are_refused() {
-        assert!(
-            told(Some("icgn-linear-affine"), Some(0.1), None, None).contains("method: expected no accuracy")
-        );
-        assert!(told(None, Some(0.1), None, Some("cubic")).contains("accuracy: expected no interpolation"));
-        assert!(told(None, Some(-0.1), None, None).contains("a positive number of pixels"));
-        assert!(told(Some("magic"), None, None, None).contains("icgn-cubic-affine"));
+        let accuracy_px = Some(0.1);
+        let both = NamedMatching { method: Some(Method::default()), accuracy_px, ..OPEN };
+        assert!(told(both).contains("method: expected no accuracy"));
+        let both = NamedMatching { accuracy_px, interpolation: Some(Interpolation::Cubic), ..OPEN };
+        assert!(told(both).contains("accuracy: expected no interpolation"));
+        for wrong in [-0.1, f64::NAN, f64::INFINITY] {
+            let named = NamedMatching { accuracy_px: Some(wrong), ..OPEN };
+            assert!(told(named).contains("a positive number of pixels"));
+        }
     }
 }

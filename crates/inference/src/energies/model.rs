@@ -7,7 +7,7 @@ use chainwave_measurement::Estimate;
 use chainwave_mechanics::Chain;
 
 use crate::damping::Damping;
-use crate::quantity::{Known, Quantity};
+use crate::quantity::{Prior, Quantity};
 
 /// What is assumed of the experiment, and where the search begins.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,7 +21,7 @@ pub struct EnergyModel {
     /// Relative standard uncertainty of the scale of these deviations.
     pub drive_scale_sigma: f64,
     /// Quantities that are known only within an uncertainty; the others count as exact.
-    pub known: Vec<Known>,
+    pub priors: Vec<Prior>,
     /// How far apart neighbours rest.
     pub spacing: Spacing,
     /// Threads that carry the simulations; the result does not depend on their number.

@@ -10,7 +10,7 @@ use ndarray::Array2;
 use super::model::EnergyModel;
 use crate::damping::{N_DAMPINGS, damping_like};
 use crate::error::FitError;
-use crate::known::KnownFactors;
+use crate::priors::PriorFactors;
 use crate::quadrature::quadrature;
 
 /// Unknowns of every fit: c_d, c_s, the striker's velocity, and the scale of the drives' deviations; factors on what is known within an
@@ -67,7 +67,7 @@ impl Prediction {
             Ok::<_, FitError>((runs[i].0, found))
         });
         let solved = solved.into_iter().collect::<Result<Vec<_>, _>>()?;
-        let scale = known_of(model).picture_scale(unknowns);
+        let scale = priors_of(model).picture_scale(unknowns);
         let mean = |of_run: &dyn Fn(&Sensitivities) -> &Trajectory| {
             let mut mean = Self::zero(model.chain.n_bodies(), times.measured_s);
             for (weight, found) in &solved {
@@ -78,7 +78,7 @@ impl Prediction {
         let here = mean(&|found| &found.simulation.trajectory);
         let mut slopes: Vec<Self> =
             (0..beside.len()).map(|unknown| mean(&|found| &found.derivatives[unknown])).collect();
-        for (_, slope) in slopes.iter_mut().enumerate().filter(|(i, _)| known_of(model).is_picture_scale(*i))
+        for (_, slope) in slopes.iter_mut().enumerate().filter(|(i, _)| priors_of(model).is_picture_scale(*i))
         {
             *slope = here.scaled(scale.recip());
         }
@@ -124,8 +124,8 @@ impl Prediction {
 }
 
 /// The factors on what is known within an uncertainty.
-pub(super) fn known_of(model: &EnergyModel) -> KnownFactors<'_> {
-    KnownFactors::new(&model.known, N_ALWAYS)
+pub(super) fn priors_of(model: &EnergyModel) -> PriorFactors<'_> {
+    PriorFactors::new(&model.priors, N_ALWAYS)
 }
 
 /// The chain with trial values in place, struck by one of the drives.
@@ -142,6 +142,6 @@ fn with_values(
         damping_kg_per_s: unknowns[1],
         ..*striker
     };
-    known_of(model).apply(unknowns, &mut chain, &mut striker);
+    priors_of(model).apply(unknowns, &mut chain, &mut striker);
     Ok(Chain { drive: Drive::Striker(striker), ..chain })
 }

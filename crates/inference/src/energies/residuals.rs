@@ -7,7 +7,7 @@ use chainwave_mechanics::Drive;
 use nalgebra::{DMatrix, DVector};
 
 use super::model::EnergyModel;
-use super::prediction::{Beside, DRIVE_SCALE, N_ALWAYS, Prediction, Times, VELOCITY, known_of};
+use super::prediction::{Beside, DRIVE_SCALE, N_ALWAYS, Prediction, Times, VELOCITY, priors_of};
 use crate::damping::{N_DAMPINGS, critical_kg_per_s, mean_damping_kg_per_s};
 use crate::error::FitError;
 use crate::least_squares::{Bounds, Failure, LeastSquares, NormalEquations, Unknowns};
@@ -44,11 +44,11 @@ impl<'a> EnergyResiduals<'a> {
         let mut steps = DAMPING_STEPS.map(|step| step * critical).to_vec();
         steps.push(VELOCITY_STEP * model.striker_velocity_m_per_s.value);
         steps.push(DRIVE_SCALE_STEP * model.drive_scale_sigma);
-        steps.extend(model.known.iter().map(|_| FACTOR_STEP));
+        steps.extend(model.priors.iter().map(|_| FACTOR_STEP));
         // A contact that is damped more than critically hardly moves, and the search would follow a valley without end.
         let mut shared = vec![(0.0, critical); N_DAMPINGS];
         shared.resize(N_ALWAYS, (f64::NEG_INFINITY, f64::INFINITY));
-        shared.extend(known_of(model).bounds());
+        shared.extend(priors_of(model).bounds());
         Self { model, comparison, steps, bounds: Bounds::dense(shared), n_simulations: AtomicU64::new(0) }
     }
 
@@ -79,7 +79,7 @@ impl<'a> EnergyResiduals<'a> {
             1 => "c_s".into(),
             VELOCITY => "the striker's velocity".into(),
             DRIVE_SCALE => "the drives' scale".into(),
-            factor => known_of(self.model).name(factor),
+            factor => priors_of(self.model).name(factor),
         })
     }
 
@@ -126,7 +126,7 @@ impl LeastSquares for EnergyResiduals<'_> {
         for (unknown, (value, sigma)) in (N_DAMPINGS..).zip(priors) {
             equations.add_prior(unknown, (at.shared[unknown] - value) / sigma, sigma.recip());
         }
-        known_of(self.model).add_priors(&mut equations, &at.shared);
+        priors_of(self.model).add_priors(&mut equations, &at.shared);
         Ok(equations)
     }
 }

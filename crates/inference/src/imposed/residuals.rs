@@ -11,8 +11,8 @@ use super::model::ImposedModel;
 use crate::damping::mean_damping_kg_per_s;
 use crate::displacements::Displacements;
 use crate::error::FitError;
-use crate::known::KnownFactors;
 use crate::least_squares::{Bounds, Failure, LeastSquares, NormalEquations, Unknowns};
+use crate::priors::PriorFactors;
 use crate::quadrature::quadrature;
 use crate::steps::{BESIDE_FACTOR, DERIVATIVES_TOGETHER, beside_c_d};
 
@@ -65,7 +65,7 @@ impl<'a> ImposedResiduals<'a> {
         let schedule = Schedule::automatic(interval_s * (last - first) as f64, interval_s);
         let nodes = quadrature(&model.drive_deviations);
         let mut shared = vec![(0.0, f64::INFINITY)];
-        shared.extend(KnownFactors::new(&model.known, N_ALWAYS).bounds());
+        shared.extend(PriorFactors::new(&model.priors, N_ALWAYS).bounds());
         Ok(Self {
             displacements,
             model,
@@ -81,7 +81,7 @@ impl<'a> ImposedResiduals<'a> {
     /// Where the search begins.
     pub(super) fn start(&self) -> Unknowns {
         let mut start = vec![mean_damping_kg_per_s(&self.model.chain)];
-        start.resize(N_ALWAYS + self.model.known.len(), 1.0);
+        start.resize(N_ALWAYS + self.model.priors.len(), 1.0);
         Unknowns::dense(DVector::from_vec(start))
     }
 
@@ -94,13 +94,13 @@ impl<'a> ImposedResiduals<'a> {
     pub(super) fn failure(&self, failure: Failure<FitError>) -> FitError {
         FitError::of(failure, "the motion behind body 1", |unknown| match unknown {
             0 => "c_d".into(),
-            factor => self.known().name(factor),
+            factor => self.priors().name(factor),
         })
     }
 
     /// The factors on what is known within an uncertainty.
-    pub(super) fn known(&self) -> KnownFactors<'a> {
-        KnownFactors::new(&self.model.known, N_ALWAYS)
+    pub(super) fn priors(&self) -> PriorFactors<'a> {
+        PriorFactors::new(&self.model.priors, N_ALWAYS)
     }
 
     /// Displacements at the samples compared, and their derivatives by what is asked.
@@ -109,7 +109,7 @@ impl<'a> ImposedResiduals<'a> {
         unknowns: &DVector<f64>,
         asked: &[By<'_>],
     ) -> Result<(DVector<f64>, Vec<DVector<f64>>), FitError> {
-        let scale = self.known().picture_scale(unknowns);
+        let scale = self.priors().picture_scale(unknowns);
         let mut sum = DVector::zeros(self.displacements.samples.len());
         let mut derivatives = vec![sum.clone(); asked.len()];
         for (weight, deviation) in &self.nodes {
@@ -153,17 +153,17 @@ impl<'a> ImposedResiduals<'a> {
 
     /// The chain with trial values in place, behind a motion of body 1 at one of the drives.
     fn chain(&self, (unknowns, driving_m): &Moved, deviation: f64) -> Result<Chain, FitError> {
-        let mut chain = self.known().without_striker(&self.model.chain, unknowns[0], unknowns);
+        let mut chain = self.priors().without_striker(&self.model.chain, unknowns[0], unknowns);
         let seen_s = &self.displacements.motion.times_s[self.span.0..=self.span.1];
         let times_s = seen_s.iter().map(|time_s| time_s - seen_s[0]).collect();
-        let share = (1.0 + deviation) / self.known().picture_scale(unknowns);
+        let share = (1.0 + deviation) / self.priors().picture_scale(unknowns);
         let driven_m = driving_m.iter().map(|x_m| x_m * share).collect();
         chain.drive = Drive::Imposed(ImposedMotion::from_samples(times_s, driven_m)?);
         Ok(chain)
     }
 
     fn is_scale(&self, asked: &By<'_>) -> bool {
-        matches!(asked, By::Unknown(unknown) if self.known().is_picture_scale(*unknown))
+        matches!(asked, By::Unknown(unknown) if self.priors().is_picture_scale(*unknown))
     }
 
     /// How far the chains on both sides of what is asked are from it: a step of a damping, but no farther than to none; a step of a factor;
@@ -226,7 +226,7 @@ impl LeastSquares for ImposedResiduals<'_> {
     fn equations(&self, at: &Unknowns) -> Result<NormalEquations, FitError> {
         let (predicted, columns) = self.predicted_by_unknowns(&at.shared)?;
         let mut equations = self.displacements.equations(&predicted, &columns);
-        self.known().add_priors(&mut equations, &at.shared);
+        self.priors().add_priors(&mut equations, &at.shared);
         Ok(equations)
     }
 }

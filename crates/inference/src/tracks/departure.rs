@@ -158,13 +158,13 @@ impl FittedMasses {
         let mut fitted = model.clone();
         let mut shared: Vec<f64> = at.shared.iter().copied().collect();
         // From behind, so that places before it stay.
-        for (place, known) in model.known.iter().enumerate().rev() {
-            let bodies = match known.quantity {
+        for (place, prior) in model.priors.iter().enumerate().rev() {
+            let bodies = match prior.quantity {
                 Quantity::MassOfBody(body) => body..=body,
                 Quantity::MassOfNeighbours(first, last) => first..=last,
                 _ => continue,
             };
-            fitted.known.remove(place);
+            fitted.priors.remove(place);
             let factor = shared.remove(N_DAMPINGS + place);
             let of_bodies = (1..).zip(fitted.chain.mass_kg.iter_mut().zip(&mut moved));
             for (_, (mass_kg, moved)) in of_bodies.filter(|(body, _)| bodies.contains(body)) {
@@ -208,7 +208,7 @@ impl FreedQuantities {
         let all = [asked, quantities].concat();
         let problem = TrackResiduals::new(observations, model, &all)?;
         let failed = |failure: Failure<FitError>| problem.failure(failure);
-        let at = problem.equations(&problem.extended(at, (model.known.len(), asked.len())))?;
+        let at = problem.equations(&problem.extended(at, (model.priors.len(), asked.len())))?;
         let system = at.reduced(0.0).ok_or_else(|| failed(Failure::Undetermined(Vec::new())))?.system();
         let covariance = system.covariance().map_err(|open| failed(Failure::Undetermined(open)))?;
         let step = system.step().ok_or_else(|| failed(Failure::Undetermined(Vec::new())))?;
@@ -270,7 +270,7 @@ mod tests {
             damping_kg_per_s: vec![0.003; N_BODIES],
             ground_stiffness_n_per_m: Vec::new(),
             ground_law: None,
-            contact: PowerLaw::new(60.1, 2.27e-3, 0.114).unwrap().into(),
+            contact: PowerLaw::ELLIPTICAL_RING.into(),
             drive: striker(velocity.value),
             far_end: FarEnd::Free,
         };
@@ -293,7 +293,7 @@ mod tests {
         let model = TrackModel {
             chain,
             striker_velocity_m_per_s: velocity,
-            known: Vec::new(),
+            priors: Vec::new(),
             reading_errors: Vec::new(),
             usual_errors: Vec::new(),
             n_threads: NonZero::<usize>::MIN,

@@ -46,7 +46,7 @@ pub(super) fn directed(
     }
     let problem = TrackResiduals::new(observations, model, &all)?;
     let n_before = at.shared.len();
-    let there = problem.extended(at, (model.known.len(), asked.len()));
+    let there = problem.extended(at, (model.priors.len(), asked.len()));
     let equations = problem.equations(&there)?;
     let Some(reduced) = equations.reduced(0.0) else { return Ok((Vec::new(), problem.n_simulations())) };
     let system = reduced.system();

@@ -93,7 +93,7 @@ mod tests {
             damping_kg_per_s: vec![0.003; 26],
             ground_stiffness_n_per_m: Vec::new(),
             ground_law: None,
-            contact: PowerLaw::new(60.1, 2.27e-3, 0.114).unwrap().into(),
+            contact: PowerLaw::ELLIPTICAL_RING.into(),
             drive: Drive::Striker(striker),
             far_end: FarEnd::Free,
         };

@@ -4,7 +4,7 @@ use chainwave_mechanics::{FarEnd, Law};
 
 use super::model::TrackModel;
 use super::neighbours::Neighbours;
-use crate::quantity::{Known, Quantity};
+use crate::quantity::{Prior, Quantity};
 
 /// Something that may be true of a chain and that its model does not state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -115,30 +115,30 @@ impl Hypothesis {
 
     /// Whether a model does not say it already, and can.
     pub(super) fn is_open(self, model: &TrackModel, asked: &[Quantity]) -> bool {
-        let is_known = |quantity: &Quantity| {
-            asked.contains(quantity) || model.known.iter().any(|known| known.quantity == *quantity)
+        let is_prior = |quantity: &Quantity| {
+            asked.contains(quantity) || model.priors.iter().any(|prior| prior.quantity == *quantity)
         };
         match self {
             Self::ContactLaw => {
                 let is_power = matches!(model.chain.contact.first().law, Law::Power(_));
-                is_power && !self.quantities().iter().any(is_known)
+                is_power && !self.quantities().iter().any(is_prior)
             }
             Self::MassesScatter | Self::StiffnessScatters => {
-                let is_free = |known: &Known| {
+                let is_free = |prior: &Prior| {
                     matches!(
-                        known.quantity,
+                        prior.quantity,
                         Quantity::MassOfBody(_)
                             | Quantity::MassOfNeighbours(..)
                             | Quantity::StiffnessOfGap(_)
                             | Quantity::StiffnessOfNeighbours(..)
                     )
                 };
-                !model.known.iter().any(is_free)
+                !model.priors.iter().any(is_free)
             }
             Self::OtherEnd => {
-                !matches!(model.chain.far_end, FarEnd::Struck(_)) && !self.quantities().iter().any(is_known)
+                !matches!(model.chain.far_end, FarEnd::Struck(_)) && !self.quantities().iter().any(is_prior)
             }
-            _ => !self.quantities().iter().any(is_known),
+            _ => !self.quantities().iter().any(is_prior),
         }
     }
 
@@ -154,19 +154,19 @@ impl Hypothesis {
                 };
             }
             Self::MassesScatter => {
-                let known = |group: Neighbours| match group {
+                let prior = |group: Neighbours| match group {
                     Neighbours { first, n: 1, .. } => (Quantity::MassOfBody(first), UNSTATED_MASS_SCATTER),
                     Neighbours { first, last, n } => {
                         (Quantity::MassOfNeighbours(first, last), UNSTATED_MASS_SCATTER / (n as f64).sqrt())
                     }
                 };
-                let groups = Neighbours::of(bodies, MOST_NUMBERS).into_iter().map(known);
+                let groups = Neighbours::of(bodies, MOST_NUMBERS).into_iter().map(prior);
                 model
-                    .known
-                    .extend(groups.map(|(quantity, relative_sigma)| Known { quantity, relative_sigma }));
+                    .priors
+                    .extend(groups.map(|(quantity, relative_sigma)| Prior { quantity, relative_sigma }));
             }
             Self::StiffnessScatters => {
-                let known = |group: Neighbours| match group {
+                let prior = |group: Neighbours| match group {
                     Neighbours { first, n: 1, .. } => {
                         (Quantity::StiffnessOfGap(first), UNSTATED_STIFFNESS_SCATTER)
                     }
@@ -177,15 +177,15 @@ impl Hypothesis {
                 };
                 let last = bodies.last().copied().unwrap_or(0).min(model.chain.n_bodies().saturating_sub(1));
                 let gaps: Vec<usize> = (1..=last).collect();
-                let groups = Neighbours::of(&gaps, MOST_NUMBERS).into_iter().map(known);
+                let groups = Neighbours::of(&gaps, MOST_NUMBERS).into_iter().map(prior);
                 model
-                    .known
-                    .extend(groups.map(|(quantity, relative_sigma)| Known { quantity, relative_sigma }));
+                    .priors
+                    .extend(groups.map(|(quantity, relative_sigma)| Prior { quantity, relative_sigma }));
                 // The striker meets body 1 in a contact like the others.
-                let is_known = |known: &Known| known.quantity == Quantity::StrikerContact;
-                if !asked.contains(&Quantity::StrikerContact) && !model.known.iter().any(is_known) {
+                let is_prior = |prior: &Prior| prior.quantity == Quantity::StrikerContact;
+                if !asked.contains(&Quantity::StrikerContact) && !model.priors.iter().any(is_prior) {
                     let (quantity, relative_sigma) = (Quantity::StrikerContact, UNSTATED_STIFFNESS_SCATTER);
-                    model.known.push(Known { quantity, relative_sigma });
+                    model.priors.push(Prior { quantity, relative_sigma });
                 }
             }
             _ => {}

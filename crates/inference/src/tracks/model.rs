@@ -5,7 +5,7 @@ use std::num::NonZero;
 use chainwave_measurement::{Estimate, SharedReadingError};
 use chainwave_mechanics::Chain;
 
-use crate::quantity::Known;
+use crate::quantity::Prior;
 
 /// What is assumed of the experiment behind the tracks, and where the search begins.
 #[derive(Debug, Clone, PartialEq)]
@@ -15,7 +15,7 @@ pub struct TrackModel {
     /// A striker's velocity as known beforehand, with its scatter from trial to trial, in metres per second.
     pub striker_velocity_m_per_s: Estimate,
     /// Quantities that are known only within an uncertainty; the others count as exact.
-    pub known: Vec<Known>,
+    pub priors: Vec<Prior>,
     /// Errors that readings were found to have in common, beside the noise in their sigmas.
     pub reading_errors: Vec<SharedReadingError>,
     /// Errors in common that nothing showed and nothing excludes, such as those of a lens, as large as they usually are.

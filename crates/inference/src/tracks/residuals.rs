@@ -20,10 +20,10 @@ use super::windows::{Sides, Windows, changes_of, n_outputs};
 use crate::damping::{N_DAMPINGS, critical_kg_per_s, damping_like};
 use crate::error::FitError;
 use crate::excess;
-use crate::known::KnownFactors;
 use crate::least_squares::{
     Block, Bounds, Failure, LeastSquares, NormalEquations, RestSums, Row, SharedProducts, Unknowns,
 };
+use crate::priors::PriorFactors;
 use crate::quantity::Quantity;
 use crate::steps::{DAMPING_STEPS, FACTOR_STEP, FRICTION_STEP_N};
 use rows::{Rows, Seen};
@@ -101,7 +101,7 @@ impl<'a> TrackResiduals<'a> {
     ) -> Result<Self, FitError> {
         let n_residuals = check(observations, model)?;
         let critical = critical_kg_per_s(&model.chain);
-        let quantities = || model.known.iter().map(|known| known.quantity).chain(asked.iter().copied());
+        let quantities = || model.priors.iter().map(|prior| prior.quantity).chain(asked.iter().copied());
         let mut steps = DAMPING_STEPS.map(|step| step * critical).to_vec();
         let step = |quantity: Quantity| match quantity.is_factor() {
             true => FACTOR_STEP,
@@ -115,7 +115,7 @@ impl<'a> TrackResiduals<'a> {
         let schedule = Schedule::automatic(duration_s, frame_s / SAMPLES_PER_FRAME);
         let mean = model.striker_velocity_m_per_s.value;
         let mut shared = vec![(0.0, f64::INFINITY); N_DAMPINGS];
-        shared.extend(KnownFactors::new(&model.known, N_DAMPINGS).bounds());
+        shared.extend(PriorFactors::new(&model.priors, N_DAMPINGS).bounds());
         shared.extend(asked.iter().map(|quantity| match quantity.is_factor() {
             true => (LARGEST_ASKED.recip(), LARGEST_ASKED),
             false => (0.0, f64::INFINITY),
@@ -155,7 +155,7 @@ impl<'a> TrackResiduals<'a> {
 
     /// The quantities among the shared unknowns, in their order.
     fn quantities(&self) -> impl Iterator<Item = Quantity> {
-        self.model.known.iter().map(|known| known.quantity).chain(self.asked.iter().copied())
+        self.model.priors.iter().map(|prior| prior.quantity).chain(self.asked.iter().copied())
     }
 
     /// Where a quantity stands among the shared unknowns.
@@ -367,7 +367,7 @@ impl TrackResiduals<'_> {
             equations.add_own_prior(r, 0, (own[0] - value) / sigma, sigma.recip());
         }
         self.errors.ties.iter().for_each(|(tied, n_errors)| equations.tie(tied, *n_errors));
-        KnownFactors::new(&self.model.known, N_DAMPINGS).add_priors(&mut equations, &at.shared);
+        PriorFactors::new(&self.model.priors, N_DAMPINGS).add_priors(&mut equations, &at.shared);
         equations
     }
 

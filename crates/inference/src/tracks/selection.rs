@@ -247,7 +247,7 @@ fn freed(
         Ok(problem) => problem,
         Err(error) => return (Err(error), 0),
     };
-    let extended = problem.extended(&fit.minimum.at, (fit.model.known.len(), fit.asked.len()));
+    let extended = problem.extended(&fit.minimum.at, (fit.model.priors.len(), fit.asked.len()));
     let start = |value: f64| {
         let mut start = extended.clone();
         start.shared.iter_mut().rev().take(hypothesis.quantities().len()).for_each(|one| *one = value);
@@ -285,7 +285,7 @@ fn is_in_reach(fit: &Fit, near: &Minimum, value: f64) -> bool {
 /// Chi squared, and for each number that the model may choose the logarithm of how many positions it explains (G. Schwarz, Ann. Statist. 6
 /// (1978) 461-464), in units of the residuals' variance: of two models that explain as much the simpler one costs less.
 fn cost(fit: &Fit) -> f64 {
-    let n_free = (fit.model.known.len() + fit.asked.len()) as f64;
+    let n_free = (fit.model.priors.len() + fit.asked.len()) as f64;
     fit.minimum.chi_squared() + n_free * (fit.residuals.len() as f64).ln() * noise_variance(fit)
 }
 

@@ -9,11 +9,6 @@ use rand_pcg::Pcg64;
 /// A measured curve: overlaps in metres, forces in newtons.
 pub(crate) type Curve = (Vec<f64>, Vec<f64>);
 
-/// The law of the paper's HEC.
-pub(crate) fn ring_law() -> PowerLaw {
-    PowerLaw::new(60.1, 2.27e-3, 0.114).unwrap()
-}
-
 /// `n` overlaps from `from_m` to `to_m`.
 pub(crate) fn ramp(from_m: f64, to_m: f64, n: usize) -> Vec<f64> {
     (0..n).map(|i| from_m + (to_m - from_m) * i as f64 / (n - 1) as f64).collect()

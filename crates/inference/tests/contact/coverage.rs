@@ -3,7 +3,7 @@
 use chainwave_inference::contact_fit::{PARAMETERS, Zero};
 use chainwave_mechanics::PowerLaw;
 
-use crate::common::{Curve, deviates, fitted, noisy, ramp, ring_law};
+use crate::common::{Curve, deviates, fitted, noisy, ramp};
 
 const N_SEEDS: u64 = 400;
 
@@ -32,7 +32,7 @@ fn assert_covers(found: [f64; 6]) {
 
 #[test]
 fn intervals_hold_the_truth_of_a_softening_law() {
-    let law = ring_law();
+    let law = PowerLaw::ELLIPTICAL_RING;
     assert_covers(coverage(&law, Zero::Stated, |seed| noisy(&law, ramp(0.0, 0.01, 101), 3e-3, seed)));
 }
 
@@ -44,13 +44,13 @@ fn intervals_hold_the_truth_of_a_stiffening_law() {
 
 #[test]
 fn few_readings_know_their_noise_less_well() {
-    let law = ring_law();
+    let law = PowerLaw::ELLIPTICAL_RING;
     assert_covers(coverage(&law, Zero::Stated, |seed| noisy(&law, ramp(0.0, 0.01, 12), 2e-3, seed)));
 }
 
 #[test]
 fn a_load_cells_offset_is_found_and_taken_out() {
-    let law = ring_law();
+    let law = PowerLaw::ELLIPTICAL_RING;
     assert_covers(coverage(&law, Zero::LoadCell, |seed| {
         let (overlaps_m, forces_n) = noisy(&law, ramp(0.0, 0.01, 101), 3e-3, seed);
         (overlaps_m, forces_n.into_iter().map(|force_n| force_n + 0.05).collect())
@@ -59,7 +59,7 @@ fn a_load_cells_offset_is_found_and_taken_out() {
 
 #[test]
 fn an_approach_gives_offset_and_start_of_contact() {
-    let law = ring_law();
+    let law = PowerLaw::ELLIPTICAL_RING;
     assert_covers(coverage(&law, Zero::Contact, |seed| {
         let (overlaps_m, forces_n) = noisy(&law, ramp(-2e-3, 0.01, 121), 3e-3, seed);
         let stated_m = overlaps_m.into_iter().map(|overlap_m| overlap_m + 1.3e-3).collect();
@@ -70,7 +70,7 @@ fn an_approach_gives_offset_and_start_of_contact() {
 #[test]
 fn noise_that_remembers_widens_the_intervals() {
     const MEMORY: f64 = 0.6;
-    let law = ring_law();
+    let law = PowerLaw::ELLIPTICAL_RING;
     let found = coverage(&law, Zero::Stated, |seed| {
         let overlaps_m = ramp(0.0, 0.01, 201);
         let mut noise = 0.0;

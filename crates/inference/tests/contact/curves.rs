@@ -3,7 +3,7 @@
 use chainwave_inference::contact_fit::{ContactFit, Zero, fit_contact};
 use chainwave_mechanics::PowerLaw;
 
-use crate::common::{Curve, fitted, noisy, ramp, ring_law};
+use crate::common::{Curve, fitted, noisy, ramp};
 
 fn assert_same_law(left: &ContactFit, right: &ContactFit, tolerance: f64) {
     for (one, other) in left.estimates.iter().zip(&right.estimates) {
@@ -33,7 +33,7 @@ fn exact_forces_give_back_their_law() {
 
 #[test]
 fn the_order_of_one_branch_does_not_matter() {
-    let curve = noisy(&ring_law(), ramp(0.0, 0.01, 101), 3e-3, 1);
+    let curve = noisy(&PowerLaw::ELLIPTICAL_RING, ramp(0.0, 0.01, 101), 3e-3, 1);
     let expected = fitted(&curve);
     assert_same_law(&fitted(&reordered(&curve, |i| 100 - i)), &expected, 1e-12);
     assert_same_law(&fitted(&reordered(&curve, |i| (i * 37) % 101)), &expected, 1e-12);
@@ -41,7 +41,7 @@ fn the_order_of_one_branch_does_not_matter() {
 
 #[test]
 fn only_loading_is_fitted_and_the_loss_reported() {
-    let law = ring_law();
+    let law = PowerLaw::ELLIPTICAL_RING;
     let loading = noisy(&law, ramp(0.0, 0.01, 101), 3e-3, 1);
     let back_m = ramp(0.01, 0.0, 101);
     let back_n: Vec<f64> = back_m.iter().map(|overlap_m| 0.8 * law.force_n(*overlap_m)).collect();
@@ -58,7 +58,7 @@ fn only_loading_is_fitted_and_the_loss_reported() {
 
 #[test]
 fn the_start_of_contact_is_where_it_was() {
-    let (overlaps_m, forces_n) = noisy(&ring_law(), ramp(-2e-3, 0.01, 241), 3e-3, 1);
+    let (overlaps_m, forces_n) = noisy(&PowerLaw::ELLIPTICAL_RING, ramp(-2e-3, 0.01, 241), 3e-3, 1);
     let stated_m: Vec<f64> = overlaps_m.iter().map(|overlap_m| overlap_m + 1.3e-3).collect();
     let lifted_n: Vec<f64> = forces_n.iter().map(|force_n| force_n - 0.1).collect();
     let fit = fit_contact(&stated_m, &lifted_n, Zero::Auto).unwrap();
@@ -69,7 +69,7 @@ fn the_start_of_contact_is_where_it_was() {
 
 #[test]
 fn a_curve_without_an_offset_says_how_well_that_is_known() {
-    let curve = noisy(&ring_law(), ramp(0.0, 0.01, 101), 3e-3, 2);
+    let curve = noisy(&PowerLaw::ELLIPTICAL_RING, ramp(0.0, 0.01, 101), 3e-3, 2);
     let fit = fitted(&curve);
     assert_eq!((fit.zero, fit.contact_start_m), (Zero::Stated, None));
     let offset = fit.load_cell_offset_n.unwrap();
@@ -81,7 +81,7 @@ fn a_curve_without_an_offset_says_how_well_that_is_known() {
 
 #[test]
 fn laws_along_the_profile_fit_as_well_and_keep_k_0() {
-    let fit = fitted(&noisy(&ring_law(), ramp(0.0, 0.01, 101), 5e-3, 3));
+    let fit = fitted(&noisy(&PowerLaw::ELLIPTICAL_RING, ramp(0.0, 0.01, 101), 5e-3, 3));
     let best_n = fit.residual.rms_n;
     // At the edge the sum of squares has grown by t^2 = 3.9 of 98 residuals' worth: 2 % of the rms.
     assert!(fit.profile.laws.iter().all(|law| law.rms_n < 1.025 * best_n && law.rms_n > 0.999 * best_n));

@@ -1,8 +1,9 @@
 //! What is no compression curve is refused, with the reason.
 
 use chainwave_inference::contact_fit::{ContactFitError, Zero, fit_contact};
+use chainwave_mechanics::PowerLaw;
 
-use crate::common::{noisy, ramp, ring_law};
+use crate::common::{noisy, ramp};
 
 /// The refusal of a curve whose message holds a word.
 fn refusal(overlap_m: &[f64], force_n: &[f64], word: &str) -> ContactFitError {
@@ -17,7 +18,7 @@ fn scaled(values: &[f64], factor: f64) -> Vec<f64> {
 
 #[test]
 fn what_is_no_compression_curve_is_refused_with_its_reason() {
-    let (x, f) = noisy(&ring_law(), ramp(0.0, 0.01, 101), 3e-3, 1);
+    let (x, f) = noisy(&PowerLaw::ELLIPTICAL_RING, ramp(0.0, 0.01, 101), 3e-3, 1);
     let n = x.len();
     assert!(matches!(refusal(&x[..7], &f[..7], "at least 8"), ContactFitError::TooFew { found: 7, .. }));
     assert!(matches!(refusal(&[], &[], "found 0"), ContactFitError::TooFew { .. }));
@@ -30,7 +31,7 @@ fn what_is_no_compression_curve_is_refused_with_its_reason() {
     assert!(matches!(refusal(&scaled(&x, -1.0), &f, "sign"), ContactFitError::Tension { .. }));
     assert!(matches!(refusal(&x, &scaled(&f, -1.0), "sign"), ContactFitError::FallingForce { .. }));
     assert!(matches!(refusal(&x, &vec![2.5; n], "2.5"), ContactFitError::ConstantForce { .. }));
-    let line: Vec<f64> = x.iter().zip(&f).map(|(x, f)| f - ring_law().force_n(*x)).collect();
+    let line: Vec<f64> = x.iter().zip(&f).map(|(x, f)| f - PowerLaw::ELLIPTICAL_RING.force_n(*x)).collect();
     assert!(matches!(refusal(&x, &line, "in contact?"), ContactFitError::ConstantForce { .. }));
     let straight: Vec<f64> = x.iter().zip(&line).map(|(x, noise)| 1474.0 * x + noise).collect();
     let refused = refusal(&x, &straight, "straight line");
@@ -41,7 +42,7 @@ fn what_is_no_compression_curve_is_refused_with_its_reason() {
 
 #[test]
 fn a_wrong_number_is_named_with_its_reading() {
-    let (mut x, mut f) = noisy(&ring_law(), ramp(0.0, 0.01, 101), 3e-3, 1);
+    let (mut x, mut f) = noisy(&PowerLaw::ELLIPTICAL_RING, ramp(0.0, 0.01, 101), 3e-3, 1);
     f[17] = f64::NAN;
     assert_eq!(refusal(&x, &f, "force_n").reading(), Some(17));
     x[5] = f64::INFINITY;
@@ -53,7 +54,7 @@ fn a_wrong_number_is_named_with_its_reading() {
 
 #[test]
 fn a_pulled_or_broken_specimen_is_refused() {
-    let law = ring_law();
+    let law = PowerLaw::ELLIPTICAL_RING;
     let x = ramp(-1e-3, 0.01, 111);
     let f: Vec<f64> = x.iter().map(|x| law.force_n(*x)).collect();
     assert!(matches!(refusal(&x, &f, "tension"), ContactFitError::Tension { .. }));
@@ -64,7 +65,7 @@ fn a_pulled_or_broken_specimen_is_refused() {
 
 #[test]
 fn a_start_of_contact_needs_readings_before_it() {
-    let (x, f) = noisy(&ring_law(), ramp(0.0, 0.01, 101), 3e-3, 1);
+    let (x, f) = noisy(&PowerLaw::ELLIPTICAL_RING, ramp(0.0, 0.01, 101), 3e-3, 1);
     let refused = fit_contact(&x, &f, Zero::Contact).unwrap_err();
     assert_eq!(refused, ContactFitError::NoApproach { expected: 5 });
 }
@@ -101,9 +102,13 @@ fn a_power_of_the_overlap_alone_is_told_as_one() {
     );
     let mut n_refused = 0;
     for seed in 0..20 {
-        let noise = noisy(&ring_law(), ramp(0.0, 0.01, 201), 0.05, seed);
-        let force_n: Vec<f64> =
-            noise.0.iter().zip(&noise.1).map(|(x, f)| f - ring_law().force_n(*x) + A * x.powf(P)).collect();
+        let noise = noisy(&PowerLaw::ELLIPTICAL_RING, ramp(0.0, 0.01, 201), 0.05, seed);
+        let force_n: Vec<f64> = noise
+            .0
+            .iter()
+            .zip(&noise.1)
+            .map(|(x, f)| f - PowerLaw::ELLIPTICAL_RING.force_n(*x) + A * x.powf(P))
+            .collect();
         match fit_contact(&noise.0, &force_n, Zero::Stated) {
             Ok(fit) => {
                 let p = fit.estimates[2];

@@ -3,7 +3,7 @@
 use chainwave_inference::contact_fit::Zero;
 use chainwave_mechanics::{Compression, PowerLaw, Ring, Section, compress};
 
-use crate::common::{Curve, deviates, fitted, noisy, ramp, ring_law};
+use crate::common::{Curve, deviates, fitted, noisy, ramp};
 
 /// Forces in newtons and overlaps in millimetres of this ring, derived elsewhere, to two decimals (physics.md).
 const TABLE: [(f64, f64); 8] = [
@@ -86,7 +86,7 @@ fn the_laws_misfit_is_not_taken_for_an_offset() {
 
 #[test]
 fn an_offset_beyond_any_misfit_is_taken_out() {
-    let (overlap_m, force_n) = noisy(&ring_law(), ramp(0.0, 0.01, 400), 5e-3, 8);
+    let (overlap_m, force_n) = noisy(&PowerLaw::ELLIPTICAL_RING, ramp(0.0, 0.01, 400), 5e-3, 8);
     let fit = fitted(&(overlap_m, force_n.iter().map(|force| force + 0.1).collect()));
     assert_eq!(fit.zero, Zero::LoadCell);
     let offset = fit.load_cell_offset_n.unwrap();

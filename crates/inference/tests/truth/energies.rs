@@ -3,11 +3,11 @@
 use std::num::NonZero;
 
 use chainwave_analysis::{MeasureSettings, PeakEnergies, exact_motion, measure, replicate};
-use chainwave_inference::{EnergyFit, EnergyModel, FitError, Known, Quantity, fit_peak_energies};
+use chainwave_inference::{EnergyFit, EnergyModel, FitError, Prior, Quantity, fit_peak_energies};
 use chainwave_measurement::{ChainMotion, Estimate};
-use chainwave_mechanics::{Chain, Drive, FarEnd, Schedule, Striker, simulate};
+use chainwave_mechanics::{Chain, Drive, FarEnd, PowerLaw, Schedule, Striker, simulate};
 
-use crate::common::{INTERVAL_S, PITCH_M, paper_chain, ring_law, with_sigma};
+use crate::common::{INTERVAL_S, PITCH_M, paper_chain, with_sigma};
 
 const N_BODIES: usize = 12;
 const N_REPLICAS: usize = 100;
@@ -15,35 +15,35 @@ const VELOCITY: Estimate = Estimate { value: 2.73, sigma: 0.01 };
 
 fn measured(motion: &ChainMotion) -> PeakEnergies {
     let settings = MeasureSettings { n_replicas: N_REPLICAS, ..MeasureSettings::new(PITCH_M, 1) };
-    let law = ring_law();
+    let law = PowerLaw::ELLIPTICAL_RING;
     let measured = measure(motion, &settings, Some(&|_, overlap_m| law.energy_j(overlap_m))).unwrap();
     measured.energies.unwrap()
 }
 
-fn model(chain: Chain, striker_velocity_m_per_s: Estimate, known: Vec<Known>) -> EnergyModel {
+fn model(chain: Chain, striker_velocity_m_per_s: Estimate, priors: Vec<Prior>) -> EnergyModel {
     EnergyModel {
         chain,
         striker_velocity_m_per_s,
         drive_deviations: vec![0.0],
         drive_scale_sigma: 0.15,
-        known,
+        priors,
         spacing: PITCH_M.into(),
         n_threads: NonZero::<usize>::MIN,
     }
 }
 
-fn fitted(motion: &ChainMotion, known: Vec<Known>) -> EnergyFit {
+fn fitted(motion: &ChainMotion, priors: Vec<Prior>) -> EnergyFit {
     let striker = Striker { mass_kg: 4.3e-3, velocity_m_per_s: VELOCITY.value, damping_kg_per_s: 0.1 };
     let chain = Chain {
         mass_kg: vec![0.455e-3; N_BODIES],
         damping_kg_per_s: vec![0.001; N_BODIES],
         ground_stiffness_n_per_m: Vec::new(),
         ground_law: None,
-        contact: ring_law().into(),
+        contact: PowerLaw::ELLIPTICAL_RING.into(),
         drive: Drive::Striker(striker),
         far_end: FarEnd::Free,
     };
-    fit_peak_energies(&measured(motion), motion, &model(chain, VELOCITY, known)).unwrap()
+    fit_peak_energies(&measured(motion), motion, &model(chain, VELOCITY, priors)).unwrap()
 }
 
 #[test]
@@ -57,8 +57,8 @@ fn quantities_known_within_an_uncertainty_are_fitted_along() {
         Quantity::BodyMass,
         Quantity::StrikerMass,
     ];
-    let known = quantities.map(|quantity| Known { quantity, relative_sigma: 0.01 }).to_vec();
-    let (exact, free) = (fitted(&noisy, Vec::new()), fitted(&noisy, known));
+    let priors = quantities.map(|quantity| Prior { quantity, relative_sigma: 0.01 }).to_vec();
+    let (exact, free) = (fitted(&noisy, Vec::new()), fitted(&noisy, priors));
     for (found, truth) in [
         (exact.damping.chain_damping_kg_per_s, 0.003),
         (exact.damping.striker_damping_kg_per_s, 0.2),
@@ -87,7 +87,7 @@ fn short(c_d: f64, c_s: f64) -> Chain {
         damping_kg_per_s: vec![c_d; N_BODIES],
         ground_stiffness_n_per_m: Vec::new(),
         ground_law: None,
-        contact: ring_law().into(),
+        contact: PowerLaw::ELLIPTICAL_RING.into(),
         drive: Drive::Striker(striker),
         far_end: FarEnd::Free,
     }

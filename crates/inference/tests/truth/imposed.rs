@@ -3,26 +3,26 @@
 use std::num::NonZero;
 
 use chainwave_analysis::{exact_motion, replicate};
-use chainwave_inference::{FitError, ImposedModel, Known, Quantity, fit_imposed};
+use chainwave_inference::{FitError, ImposedModel, Prior, Quantity, fit_imposed};
 use chainwave_measurement::ChainMotion;
-use chainwave_mechanics::FarEnd;
+use chainwave_mechanics::{FarEnd, PowerLaw};
 
-use crate::common::{paper_chain, ring_law, with_late_view, with_sigma};
+use crate::common::{paper_chain, with_late_view, with_sigma};
 
 const N_BODIES: usize = 12;
 const C_D: f64 = 0.003;
 
-fn model(known: Vec<Known>) -> ImposedModel {
+fn model(priors: Vec<Prior>) -> ImposedModel {
     let chain = chainwave_mechanics::Chain {
         mass_kg: vec![0.455e-3; N_BODIES],
         damping_kg_per_s: vec![0.001; N_BODIES],
         ground_stiffness_n_per_m: Vec::new(),
         ground_law: None,
-        contact: ring_law().into(),
+        contact: PowerLaw::ELLIPTICAL_RING.into(),
         drive: chainwave_mechanics::Drive::Free { displacement_m: Vec::new(), velocity_m_per_s: Vec::new() },
         far_end: FarEnd::Free,
     };
-    ImposedModel { chain, known, drive_deviations: vec![0.0], n_threads: NonZero::<usize>::MIN }
+    ImposedModel { chain, priors, drive_deviations: vec![0.0], n_threads: NonZero::<usize>::MIN }
 }
 
 /// The paper's chain with noise, and a view that is seen late.
@@ -51,8 +51,8 @@ fn the_interval_holds_the_damping_as_often_as_it_says() {
 #[test]
 fn a_mass_known_within_an_uncertainty_is_fitted_along() {
     let noisy = replicate(&motion(), 1, 5).next().unwrap();
-    let known = Known { quantity: Quantity::BodyMass, relative_sigma: 0.013 };
-    let free = fit_imposed(&noisy, &model(vec![known])).unwrap();
+    let priors = Prior { quantity: Quantity::BodyMass, relative_sigma: 0.013 };
+    let free = fit_imposed(&noisy, &model(vec![priors])).unwrap();
     let c_d = free.chain_damping_kg_per_s;
     assert!((c_d.value - C_D).abs() < 4.0 * c_d.sigma && c_d.sigma < 0.05 * C_D, "{c_d:?}");
     let (_, factor) = free.factors[0];

@@ -1,8 +1,6 @@
 //! The fits against motions and tracks whose answers are known: the chain model's own, with synthetic noise.
 
 #[cfg(test)]
-mod common;
-#[cfg(test)]
 mod decisions;
 #[cfg(test)]
 mod energies;
@@ -14,3 +12,9 @@ mod models;
 mod released;
 #[cfg(test)]
 mod tracks;
+
+// Motions that the tests of the analysis are about too.
+#[cfg(test)]
+#[expect(dead_code, reason = "fits are tested on a part of them")]
+#[path = "../../../analysis/tests/truth/common.rs"]
+mod common;

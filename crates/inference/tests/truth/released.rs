@@ -1,12 +1,12 @@
 //! Damping of a chain that is let go from a known state.
 
 use chainwave_analysis::{exact_motion, replicate};
-use chainwave_inference::{FitError, Known, Quantity, ReleasedModel, fit_release};
+use chainwave_inference::{FitError, Prior, Quantity, ReleasedModel, fit_release};
 use chainwave_measurement::{ChainMotion, Trajectory};
-use chainwave_mechanics::{Chain, Drive, FarEnd, Schedule, simulate};
+use chainwave_mechanics::{Chain, Drive, FarEnd, PowerLaw, Schedule, simulate};
 use ndarray::Array2;
 
-use crate::common::{INTERVAL_S, ring_law, with_late_view, with_sigma};
+use crate::common::{INTERVAL_S, with_late_view, with_sigma};
 
 const N_BODIES: usize = 8;
 const C_D: f64 = 0.003;
@@ -20,7 +20,7 @@ fn chain(damping_kg_per_s: f64) -> Chain {
         damping_kg_per_s: vec![damping_kg_per_s; N_BODIES],
         ground_stiffness_n_per_m: vec![150.0; N_BODIES],
         ground_law: None,
-        contact: ring_law().into(),
+        contact: PowerLaw::ELLIPTICAL_RING.into(),
         drive: Drive::Free {
             displacement_m: (0..N_BODIES).map(|i| 2e-4 * along(i)).collect(),
             velocity_m_per_s: (0..N_BODIES).map(|i| 0.01 * along(i)).collect(),
@@ -52,8 +52,8 @@ fn motion() -> ChainMotion {
     with_late_view(with_sigma(exact_motion(&seen), 0.3e-6), 4..N_BODIES, 0.1e-6)
 }
 
-fn model(known: Vec<Known>) -> ReleasedModel {
-    ReleasedModel { chain: chain(0.001), state_sigma: 0.01, known, drive_deviations: vec![0.0] }
+fn model(priors: Vec<Prior>) -> ReleasedModel {
+    ReleasedModel { chain: chain(0.001), state_sigma: 0.01, priors, drive_deviations: vec![0.0] }
 }
 
 #[test]
@@ -79,8 +79,8 @@ fn intervals_hold_damping_release_and_state_as_often_as_they_say() {
 #[test]
 fn a_spring_to_ground_known_within_an_uncertainty_is_fitted_along() {
     let noisy = replicate(&motion(), 1, 5).next().unwrap();
-    let known = Known { quantity: Quantity::Ground, relative_sigma: 0.05 };
-    let mut stiffer = model(vec![known]);
+    let priors = Prior { quantity: Quantity::Ground, relative_sigma: 0.05 };
+    let mut stiffer = model(vec![priors]);
     stiffer.chain.ground_stiffness_n_per_m.fill(150.0 * 1.03);
     let fit = fit_release(&noisy, &stiffer).unwrap();
     let (_, factor) = fit.factors[0];

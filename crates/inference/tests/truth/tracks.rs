@@ -3,16 +3,16 @@
 use std::num::NonZero;
 
 use chainwave_inference::{
-    Damping, FitError, Hypothesis, Known, Quantity, TrackFit, TrackModel, aligned_motion, fit_tracks,
-    fitted_motion, reached, scatter_of_bodies,
+    Damping, FitError, Hypothesis, Prior, Quantity, Reached, TrackFit, TrackModel, aligned_motion,
+    fit_tracks, fitted_motion, reached, scatter_of_bodies,
 };
 use chainwave_measurement::{BodyTrack, Estimate, Observation, SharedReadingError, TrackDeviation};
-use chainwave_mechanics::{Chain, Drive, FarEnd, FarStriker, Schedule, Striker, simulate};
+use chainwave_mechanics::{Chain, Drive, FarEnd, FarStriker, PowerLaw, Schedule, Striker, simulate};
 use rand::SeedableRng;
 use rand_distr::{Distribution, Normal};
 use rand_pcg::Pcg64Mcg;
 
-use crate::common::{INTERVAL_S, ring_law};
+use crate::common::INTERVAL_S;
 
 const N_BODIES: usize = 12;
 const C_D: f64 = 0.003;
@@ -21,11 +21,11 @@ const NOISE_M: f64 = 0.4e-6;
 const VELOCITY: Estimate = Estimate { value: 2.73, sigma: 0.05 };
 
 /// The chain as the experimenter knows it, with starting values for the damping.
-fn model(known: Vec<Known>) -> TrackModel {
+fn model(priors: Vec<Prior>) -> TrackModel {
     TrackModel {
         chain: chain(0.001, 0.1, VELOCITY.value),
         striker_velocity_m_per_s: VELOCITY,
-        known,
+        priors,
         reading_errors: Vec::new(),
         usual_errors: Vec::new(),
         n_threads: NonZero::<usize>::MIN,
@@ -38,7 +38,7 @@ fn chain(c_d: f64, c_s: f64, velocity_m_per_s: f64) -> Chain {
         damping_kg_per_s: vec![c_d; N_BODIES],
         ground_stiffness_n_per_m: Vec::new(),
         ground_law: None,
-        contact: ring_law().into(),
+        contact: PowerLaw::ELLIPTICAL_RING.into(),
         drive: Drive::Striker(Striker { mass_kg: 4.3e-3, velocity_m_per_s, damping_kg_per_s: c_s }),
         far_end: FarEnd::Free,
     }
@@ -258,7 +258,8 @@ fn recordings_that_end_before_the_wave_comes_are_no_part_of_the_fit() {
     let all = experiment(1, 1.0);
     let model = model(Vec::new());
     let reached = |all: &Experiment| reached(&all.observations, &all.impacts_s, &model).unwrap();
-    assert_eq!(reached(&all), (all.observations.clone(), all.impacts_s.clone()));
+    let expected = Reached { observations: all.observations.clone(), impact_times_s: all.impacts_s.clone() };
+    assert_eq!(reached(&all), expected);
     let mut short = experiment(1, 1.0);
     for late in short.observations.iter_mut().filter(|observation| observation.view == 1) {
         // At the band's fastest the wave comes to body 6, the first that this view sees, 5 / (pi f) after the impact: 2.9 ms at 550 Hz.
@@ -266,7 +267,10 @@ fn recordings_that_end_before_the_wave_comes_are_no_part_of_the_fit() {
         late.times_s.truncate(n_frames);
         late.bodies.iter_mut().for_each(|track| track.position_m.truncate(n_frames));
     }
-    let expected = (short.observations[..2].to_vec(), short.impacts_s[..2].to_vec());
+    let expected = Reached {
+        observations: short.observations[..2].to_vec(),
+        impact_times_s: short.impacts_s[..2].to_vec(),
+    };
     assert_eq!(reached(&short), expected);
     // Beside them the mean impact, from which every trigger counts, is known to milliseconds at best.
     let sigma_s = |fit: &TrackFit| fit.recordings[0].trigger_offset_s.sigma;
@@ -396,8 +400,8 @@ fn trigger_offsets_are_recovered_to_a_fiftieth_of_a_frame_at_one_per_cent_of_noi
 fn a_mass_known_within_an_uncertainty_moves_and_widens_the_damping() {
     let experiment = experiment(5, 1.01);
     let exact = fitted(&experiment, &model(Vec::new()));
-    let known = Known { quantity: Quantity::BodyMass, relative_sigma: 0.013 };
-    let free = fitted(&experiment, &model(vec![known]));
+    let priors = Prior { quantity: Quantity::BodyMass, relative_sigma: 0.013 };
+    let free = fitted(&experiment, &model(vec![priors]));
     let off = |damping: &Damping| {
         ((damping.striker_damping_kg_per_s.value - C_S) / damping.striker_damping_kg_per_s.sigma).abs()
     };
@@ -441,9 +445,9 @@ fn a_view_that_is_magnified_is_off_by_no_more_than_its_triggers_say() {
     let mut seen = experiment(2, 1.0);
     let places = seen.observations.iter_mut().filter(|one| one.view == 1).flat_map(|one| &mut one.bodies);
     places.flat_map(|track| &mut track.position_m).for_each(|x| *x = x.map(|x| x.scaled(1.0 + magnified)));
-    let of_view = [0, 1].map(|view| Known { quantity: Quantity::ScaleOfView(view), relative_sigma: sigma });
-    let off = |known: Vec<Known>| {
-        let fit = fitted(&seen, &model(known));
+    let of_view = [0, 1].map(|view| Prior { quantity: Quantity::ScaleOfView(view), relative_sigma: sigma });
+    let off = |priors: Vec<Prior>| {
+        let fit = fitted(&seen, &model(priors));
         let errors = fit.recordings.iter().zip(&seen.impacts_s);
         let sigmas = errors.map(|(found, impact_s)| {
             let offset = found.trigger_offset_s;
@@ -452,9 +456,9 @@ fn a_view_that_is_magnified_is_off_by_no_more_than_its_triggers_say() {
         (sigmas.fold(0.0, |most: f64, one| most.max(one.abs())), fit)
     };
     let (unknown, _) = off(Vec::new());
-    let (known, fit) = off(of_view.to_vec());
+    let (priors, fit) = off(of_view.to_vec());
     // Of four normal errors the largest is below 3.2 standard deviations in 99.5 % of cases.
-    assert!(known < 3.2, "{known}");
+    assert!(priors < 3.2, "{priors}");
     assert!(unknown > 2.0 * 3.2, "{unknown}");
     // What the waves say of a view's size joins what was known.
     let [one, other] = [0, 1].map(|i| fit.factors[i].1);
@@ -465,10 +469,10 @@ fn a_view_that_is_magnified_is_off_by_no_more_than_its_triggers_say() {
 #[test]
 fn the_fit_is_the_same_on_any_number_of_threads() {
     let experiment = experiment(5, 1.0);
-    let known = [(Quantity::Scale, 1e-4), (Quantity::BodyMass, 0.01)];
-    let known = known.map(|(quantity, relative_sigma)| Known { quantity, relative_sigma }).to_vec();
+    let priors = [(Quantity::Scale, 1e-4), (Quantity::BodyMass, 0.01)];
+    let priors = priors.map(|(quantity, relative_sigma)| Prior { quantity, relative_sigma }).to_vec();
     let on = |n_threads: usize| {
-        let model = TrackModel { n_threads: NonZero::new(n_threads).unwrap(), ..model(known.clone()) };
+        let model = TrackModel { n_threads: NonZero::new(n_threads).unwrap(), ..model(priors.clone()) };
         let mut fit = fitted(&experiment, &model);
         let motion = fitted_motion(&fit, &[0.0, 1e-3, 2e-3]).unwrap();
         fit.model.n_threads = NonZero::<usize>::MIN;
@@ -514,16 +518,16 @@ fn what_bodies_do_inside_is_no_scatter_of_masses_or_contacts() {
 #[test]
 fn masses_that_scatter_are_told_where_their_scatter_is_stated() {
     const STATED: f64 = 0.02;
-    let known =
-        (1..=N_BODIES).map(|body| Known { quantity: Quantity::MassOfBody(body), relative_sigma: STATED });
-    let known: Vec<Known> = known.collect();
+    let priors =
+        (1..=N_BODIES).map(|body| Prior { quantity: Quantity::MassOfBody(body), relative_sigma: STATED });
+    let priors: Vec<Prior> = priors.collect();
     let of = |masses: &dyn Fn(usize) -> f64| {
         let seen = filmed_of(4, NOISE_M, |_, striker_m_per_s| {
             let mut struck = chain(C_D, C_S, striker_m_per_s);
             struck.mass_kg.iter_mut().enumerate().for_each(|(i, mass_kg)| *mass_kg *= 1.0 + masses(i));
             struck
         });
-        scatter_of_bodies(&seen.observations, &fitted(&seen, &model(known.clone()))).unwrap()
+        scatter_of_bodies(&seen.observations, &fitted(&seen, &model(priors.clone()))).unwrap()
     };
     let off = |i: usize| STATED * [1.3, -0.4, 0.2, -1.6, 0.9, 0.5, -1.1, 0.1, 0.7, -0.9, 1.2, -0.9][i];
     let scatter = of(&off);

@@ -185,31 +185,9 @@ impl RingScene {
 
     pub(super) fn chain(&self, path: &Path) -> Result<RingChain, Error> {
         let n_rings = self.n_bodies.ok_or_else(|| missing(path, "n_bodies", "the number of rings"))?;
-        let drive = match &self.drive {
-            Some(DriveTable::Striker {
-                mass_kg,
-                velocity_m_per_s,
-                damping_kg_per_s,
-                contact_stiffness_n_per_m,
-            }) => RingDrive::Striker(RingStriker {
-                mass_kg: mass_kg.get(),
-                velocity_m_per_s: velocity_m_per_s.get(),
-                contact_stiffness_n_per_m: contact_stiffness_n_per_m.get(),
-                damping_kg_per_s: damping_kg_per_s.map_or(0.0, NotNegative::get),
-            }),
-            Some(DriveTable::Imposed { file }) => {
-                RingDrive::Imposed(imposed_motion(&table::read(&path.with_file_name(file))?)?)
-            }
-            Some(DriveTable::Free { initial }) => {
-                let table = table::read(&path.with_file_name(initial))?;
-                let BodyState { displacement_m, velocity_m_per_s } =
-                    BodyState::of_table(&table, n_rings.saturating_add(1))?;
-                RingDrive::Free { displacement_m, velocity_m_per_s }
-            }
-            Some(DriveTable::Compression { .. }) | None => {
-                return Err(missing(path, "[drive]", "kind = \"striker\", \"imposed\" or \"free\""));
-            }
-        };
+        let drive = self.drive.as_ref().map(|drive| drive.of_motion(path, n_rings)).transpose()?.flatten();
+        let kinds = "kind = \"striker\", \"imposed\" or \"free\"";
+        let drive = drive.ok_or_else(|| missing(path, "[drive]", kinds))?;
         let damping = self.body.as_ref().and_then(|body| body.damping_kg_per_s);
         Ok(RingChain {
             ring: self.ring.ring(),
@@ -238,6 +216,32 @@ impl RingScene {
             shapes: self.shapes_file.is_some(),
             n_threads: threads(jobs.or(self.integrator.threads)).get(),
         })
+    }
+}
+
+impl DriveTable {
+    /// What moves a chain of so many rings; none where the rings are pressed together as a test machine does.
+    fn of_motion(&self, path: &Path, n_rings: usize) -> Result<Option<RingDrive>, Error> {
+        Ok(Some(match self {
+            Self::Striker { mass_kg, velocity_m_per_s, damping_kg_per_s, contact_stiffness_n_per_m } => {
+                RingDrive::Striker(RingStriker {
+                    mass_kg: mass_kg.get(),
+                    velocity_m_per_s: velocity_m_per_s.get(),
+                    contact_stiffness_n_per_m: contact_stiffness_n_per_m.get(),
+                    damping_kg_per_s: damping_kg_per_s.map_or(0.0, NotNegative::get),
+                })
+            }
+            Self::Imposed { file } => {
+                RingDrive::Imposed(imposed_motion(&table::read(&path.with_file_name(file))?)?)
+            }
+            Self::Free { initial } => {
+                let table = table::read(&path.with_file_name(initial))?;
+                let BodyState { displacement_m, velocity_m_per_s } =
+                    BodyState::of_table(&table, n_rings.saturating_add(1))?;
+                RingDrive::Free { displacement_m, velocity_m_per_s }
+            }
+            Self::Compression { .. } => return Ok(None),
+        }))
     }
 }
 

@@ -50,7 +50,7 @@ impl TrackResiduals<'_> {
     pub(in crate::tracks) fn extended(&self, at: &Unknowns, (n_known, n_asked): (usize, usize)) -> Unknowns {
         let mut before = at.shared.iter().copied();
         let mut shared: Vec<f64> = before.by_ref().take(N_DAMPINGS + n_known).collect();
-        shared.extend(self.model.known.iter().skip(n_known).map(|known| known.quantity.usual()));
+        shared.extend(self.model.priors.iter().skip(n_known).map(|prior| prior.quantity.usual()));
         shared.extend(before);
         shared.extend(self.asked.iter().skip(n_asked).map(|quantity| quantity.usual()));
         Unknowns { shared: DVector::from_vec(shared), own: at.own.clone() }

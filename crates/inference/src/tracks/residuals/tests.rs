@@ -7,7 +7,7 @@ use super::super::response::MotionOfTrack;
 use super::super::windows::Window;
 use super::*;
 use crate::least_squares::Own;
-use crate::quantity::Known;
+use crate::quantity::Prior;
 
 /// One trial that sees eight bodies, without noise.
 fn observed(chain: &Chain) -> Observation {
@@ -27,19 +27,19 @@ fn uniform(n_bodies: usize) -> Chain {
         damping_kg_per_s: vec![0.003; n_bodies],
         ground_stiffness_n_per_m: Vec::new(),
         ground_law: None,
-        contact: PowerLaw::new(60.1, 2.27e-3, 0.114).unwrap().into(),
+        contact: PowerLaw::ELLIPTICAL_RING.into(),
         drive: Drive::Striker(Striker { mass_kg: 4.3e-3, velocity_m_per_s: 2.73, damping_kg_per_s: 0.2 }),
         far_end: FarEnd::Free,
     }
 }
 
 /// A model on one thread, of readings that share no error.
-fn unshared(chain: Chain, striker_velocity_m_per_s: Estimate, known: Vec<Known>) -> TrackModel {
+fn unshared(chain: Chain, striker_velocity_m_per_s: Estimate, priors: Vec<Prior>) -> TrackModel {
     let n_threads = std::num::NonZero::<usize>::MIN;
     TrackModel {
         chain,
         striker_velocity_m_per_s,
-        known,
+        priors,
         reading_errors: Vec::new(),
         usual_errors: Vec::new(),
         n_threads,
@@ -72,10 +72,10 @@ fn sensitivities_are_those_of_simulations() {
     let chain = uniform(8);
     let quantities =
         [Quantity::BodyMass, Quantity::Prefactor, Quantity::Offset, Quantity::Exponent, Quantity::Softening];
-    let known = quantities.map(|quantity| Known { quantity, relative_sigma: 0.01 }).into();
+    let priors = quantities.map(|quantity| Prior { quantity, relative_sigma: 0.01 }).into();
     let observations = [observed(&chain)];
     let velocity = Estimate::new(2.73, 0.05);
-    let model = unshared(chain, velocity, known);
+    let model = unshared(chain, velocity, priors);
     let problem = TrackResiduals::new(&observations, &model, &[]).unwrap();
     let shared = DVector::from_vec([vec![0.003, 0.2], vec![1.0; 5]].concat());
     let state = Unknowns { shared, own: vec![Own::new(2.73, 0.0)] };
@@ -132,11 +132,11 @@ fn a_search_begins_at_a_damping_that_was_found_elsewhere_though_the_model_states
 fn unknowns_keep_their_places_in_a_richer_problem() {
     let chain = uniform(8);
     let observations = [observed(&chain)];
-    let known = |quantities: &[Quantity]| {
-        quantities.iter().map(|quantity| Known { quantity: *quantity, relative_sigma: 0.01 }).collect()
+    let priors = |quantities: &[Quantity]| {
+        quantities.iter().map(|quantity| Prior { quantity: *quantity, relative_sigma: 0.01 }).collect()
     };
     let (before, behind) = ([Quantity::Scale], [Quantity::Scale, Quantity::StrikerMass]);
-    let model = unshared(chain, Estimate::new(2.73, 0.05), known(&behind));
+    let model = unshared(chain, Estimate::new(2.73, 0.05), priors(&behind));
     let asked = [Quantity::Prefactor, Quantity::Friction, Quantity::Softening];
     let problem = TrackResiduals::new(&observations, &model, &asked).unwrap();
     let own = vec![Own::new(2.7, 1e-6)];

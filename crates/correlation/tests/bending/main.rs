@@ -5,6 +5,11 @@
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 #![expect(clippy::print_stdout, reason = "what each case gave is a table to be read")]
 
+#[path = "../support/intervals.rs"]
+mod intervals;
+#[cfg(test)]
+mod tables;
+
 use std::num::NonZero;
 
 use chainwave_correlation::{
@@ -12,6 +17,7 @@ use chainwave_correlation::{
 };
 use chainwave_measurement::Region;
 use chainwave_synthetic::pictures::{Deformation, Surface, Texture, counts, picture};
+use intervals::Told;
 
 const SIZE_PX: [usize; 2] = [360, 360];
 const MIDDLE_PX: [f64; 2] = [179.5, 179.5];
@@ -62,13 +68,6 @@ impl Pictures {
     }
 }
 
-/// What the errors along y of some fields say.
-struct Told {
-    inside: f64,
-    rms_px: f64,
-    sigma_px: f64,
-}
-
 fn told(pictures: &[Pictures], noise: f64, choice: ShapeChoice) -> Told {
     let mut errors = Vec::new();
     for one in pictures {
@@ -77,11 +76,7 @@ fn told(pictures: &[Pictures], noise: f64, choice: ShapeChoice) -> Told {
         assert!(found.len() * 50 >= n_points * 49, "{} of {n_points}", found.len());
         errors.extend(found);
     }
-    let n = errors.len() as f64;
-    let inside = errors.iter().filter(|[error, sigma]| error.abs() < 1.96 * sigma).count() as f64 / n;
-    let rms_px = (errors.iter().map(|[error, _]| error * error).sum::<f64>() / n).sqrt();
-    errors.sort_by(|a, b| a[1].total_cmp(&b[1]));
-    Told { inside, rms_px, sigma_px: errors[errors.len() / 2][1] }
+    Told::of(errors)
 }
 
 /// A wave of the displacement along y that runs along x.
@@ -93,18 +88,11 @@ fn cases(deformation: Deformation, n: u64) -> Vec<Pictures> {
     (1..=n).map(|seed| Pictures::new(deformation, seed)).collect()
 }
 
-/// The claim is 93 to 97 %, beyond which two standard errors of the independent subsets are left.
-fn assert_both_sides(name: &str, told: &Told, n_cases: f64) {
-    println!("{name}: {:.1} % of 95", 100.0 * told.inside);
-    let standard_error = (0.95 * 0.05 / (n_cases * N_INDEPENDENT)).sqrt();
-    assert!((told.inside - 0.95).abs() < 0.02 + 2.0 * standard_error, "{name}: {}", told.inside);
-}
-
 #[test]
 fn by_evidence_intervals_hold_at_every_period() {
     for period_px in [50.0, 70.0, 100.0, 200.0, 400.0] {
         let cases = cases(wave(0.5, period_px), 2);
-        assert_both_sides(&format!("period {period_px} px"), &told(&cases, 0.01, AUTO), 2.0);
+        told(&cases, 0.01, AUTO).assert_both_sides(&format!("period {period_px} px"), 2.0 * N_INDEPENDENT);
     }
 }
 
@@ -117,7 +105,7 @@ fn a_star_pattern_is_held() {
         width_px: SIZE_PX[0] as f64,
     };
     let cases = cases(star, 2);
-    assert_both_sides("star", &told(&cases, 0.01, AUTO), 2.0);
+    told(&cases, 0.01, AUTO).assert_both_sides("star", 2.0 * N_INDEPENDENT);
 }
 
 #[test]
@@ -126,7 +114,7 @@ fn affine_subsets_hold_where_they_follow_and_are_never_sure_where_they_do_not() 
         let cases = cases(wave(0.5, period_px), 2);
         let told = told(&cases, 0.01, AFFINE);
         if follows {
-            assert_both_sides(&format!("affine, period {period_px} px"), &told, 2.0);
+            told.assert_both_sides(&format!("affine, period {period_px} px"), 2.0 * N_INDEPENDENT);
         } else {
             println!("affine, period {period_px} px: {:.1} %", 100.0 * told.inside);
             assert!(told.inside > 0.93, "{}", told.inside);
@@ -139,7 +127,7 @@ fn a_field_that_does_not_bend_is_stated_as_before() {
     let stretched = Deformation::stretch(MIDDLE_PX, [0.01, -0.01]);
     let cases = cases(stretched, 2);
     let told = told(&cases, 0.02, AFFINE);
-    assert_both_sides("stretched", &told, 2.0);
+    told.assert_both_sides("stretched", 2.0 * N_INDEPENDENT);
     // 162 independent errors tell a standard deviation to 5.6 %, of which two
     assert!((told.sigma_px / told.rms_px - 1.0).abs() < 0.112, "{} {}", told.sigma_px, told.rms_px);
 }
@@ -179,25 +167,6 @@ fn bits_do_not_depend_on_the_number_of_threads() {
     }
 }
 
-/// The table of docs/src/measured/correlation.md.
-#[test]
-#[ignore = "a table of the book, of several minutes"]
-fn table() {
-    println!(
-        "count: field,affine_held,affine_sigma_mpx,affine_rms_mpx,auto_held,auto_sigma_mpx,auto_rms_mpx"
-    );
-    for period_px in [50.0, 70.0, 100.0, 150.0, 200.0, 400.0] {
-        let cases = cases(wave(0.5, period_px), 4);
-        for noise in [0.002, 0.01, 0.03] {
-            let [affine, auto] = [AFFINE, AUTO].map(|choice| {
-                let Told { inside, rms_px, sigma_px } = told(&cases, noise, choice);
-                format!("{:.1} %,{:.1},{:.1}", 100.0 * inside, 1e3 * sigma_px, 1e3 * rms_px)
-            });
-            println!("count: \"{period_px} px, {:.1} %\",{affine},{auto}", 100.0 * noise);
-        }
-    }
-}
-
 /// Rows above which one body shows, in the deformed picture, and how both have moved.
 const CRACK_ROW: usize = 150;
 const ASUNDER_PX: [[f64; 2]; 2] = [[6.3, -1.7], [-5.8, 2.4]];
@@ -213,7 +182,7 @@ fn a_crack_moves_nothing_beside_it() {
         });
         let rows = ndarray::s![CRACK_ROW.., ..];
         upper.after.slice_mut(rows).assign(&lower.after.slice(rows));
-        let (mut wrong, mut inside, mut n, mut sigmas) = (0, 0_u32, 0, Vec::new());
+        let (mut wrong, mut errors) = (0, Vec::new());
         for point in upper.field(noise, choice, 1).points {
             let half = GRID.half_px as f64 + 1.0;
             // The side that the whole subset shows, with a pixel more; none where the crack goes through it or it leaves the picture.
@@ -227,18 +196,17 @@ fn a_crack_moves_nothing_beside_it() {
             let there = [found.position.x_px, found.position.y_px];
             for (axis, from) in [point.x_px, point.y_px].into_iter().enumerate() {
                 let error = there[axis].value - from - ASUNDER_PX[side][axis];
-                n += 1;
                 wrong += usize::from(error.abs() > 0.5 && error.abs() > 5.0 * there[axis].sigma);
-                inside += u32::from(error.abs() < 1.96 * there[axis].sigma);
-                sigmas.push(there[axis].sigma);
+                errors.push([error, there[axis].sigma]);
             }
         }
+        let mut sigmas: Vec<f64> = errors.iter().map(|[_, sigma]| *sigma).collect();
         sigmas.sort_by(f64::total_cmp);
-        let [usual, high] = [n / 2, n * 99 / 100].map(|k| sigmas[k]);
-        let told = Told { inside: f64::from(inside) / n as f64, rms_px: f64::NAN, sigma_px: usual };
-        assert_both_sides(&format!("beside a crack, {choice:?}"), &told, 1.0);
+        let high = sigmas[sigmas.len() * 99 / 100];
+        let told = Told::of(errors);
+        told.assert_both_sides(&format!("beside a crack, {choice:?}"), N_INDEPENDENT);
         assert_eq!(wrong, 0);
         // Subsets' textures differ by some tenths; what lies across would be a thousand times the noise.
-        assert!(high < 2.0 * usual, "{high} px beside {usual}");
+        assert!(high < 2.0 * told.sigma_px, "{high} px beside {}", told.sigma_px);
     }
 }

@@ -1,25 +1,19 @@
 //! Right, or lost for a named reason: tracks in films of surfaces that jump, turn, stretch, repeat, hide or are replaced, drawn in closed form
 //! by a renderer that knows no matcher.
-//!
-//! The long count: `FILMS=40 cargo test --release -p chainwave-correlation --test tracks_right_or_named -- --ignored --nocapture`;
-//! with `MIN_ZNCC=0.6` as well, what acceptance by that bound alone does to the same films. The tests of `chainwave-opencv` count OpenCV's
-//! methods on the same films.
+//! The tests of `chainwave-opencv` count OpenCV's methods on the same films.
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking, and shows what it measured")]
 #![expect(clippy::print_stdout, reason = "what each case gave is a table to be read")]
 
-#[path = "support/films.rs"]
+#[path = "../support/films.rs"]
 mod films;
-
-use std::collections::BTreeMap;
+#[cfg(test)]
+mod tables;
 
 use chainwave_correlation::{Acceptance, Method, ReferenceFrames, Settings};
 use chainwave_measurement::Subset;
 use chainwave_synthetic::pictures::{Deformation, Surface, Texture};
-use films::outcome::Outcome;
-use films::{
-    Draw, Shown, count, count_a_million, few_speckles, large_subsets, repeats_slowly, small_subsets,
-};
+use films::{Draw, Shown, count, few_speckles, large_subsets, repeats_slowly, small_subsets};
 
 #[test]
 fn no_reading_is_false() {
@@ -116,29 +110,4 @@ fn a_lattice_that_leaves_is_not_found_a_period_back() {
             assert_eq!(outcome.n_wrong, 0, "{method}");
         }
     }
-}
-
-#[test]
-#[ignore = "a table of the book, of some minutes"]
-fn table() {
-    let own = ["icgn-cubic-affine", "icgn-cubic-translation", "icgn-cubic-rigid", "icgn-cubic-quadratic"];
-    let own = own.map(|name| (name, 4));
-    let methods = [own.as_slice(), &[("template-parabola", 32)]].concat();
-    println!("count: film,methods,ok,seen,found,wrong");
-    let mut rows: BTreeMap<String, Vec<Outcome>> = BTreeMap::new();
-    for ((_, film), outcome) in count(&methods, 1..3, Acceptance::ByEvidence) {
-        rows.entry(film).or_default().push(outcome);
-    }
-    for (film, outcomes) in rows {
-        let (n, sum) = (outcomes.len(), outcomes.into_iter().sum::<Outcome>());
-        println!("count: \"{film}\",{n},{},{},{},{}", sum.n_ok, sum.n_visible, sum.n_found, sum.n_wrong);
-    }
-}
-
-#[test]
-#[ignore = "a count of a million readings, which takes the better part of an hour"]
-fn less_than_one_in_a_million_is_false() {
-    let own = ["icgn-cubic-affine", "icgn-cubic-translation", "icgn-cubic-rigid", "icgn-cubic-quadratic"];
-    let own = own.map(|name| (name, 1));
-    count_a_million(&[own.as_slice(), &[("template-parabola", 16)]].concat());
 }

@@ -1,20 +1,19 @@
-//! Precision and coverage from 0.2 to 10 % noise, as tables for the book: `cargo xtask tested ladder intervals`, and `bounds`; the variable DRAWS
-//! says how many pictures of each pattern. Every method on one scene, OpenCV's among them, is measured by the tests of `chainwave-opencv`.
+//! Precision of matches from 0.2 to 10 % noise. Every method on one scene, OpenCV's among them, is measured by the tests of `chainwave-opencv`.
 
-#![expect(
-    clippy::unwrap_used,
-    reason = "a measurement that fails by panicking, and whose result is its table"
-)]
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+#[path = "../support/mod.rs"]
 mod support;
+#[cfg(test)]
+mod tables;
 
 use chainwave_correlation::{Interpolation, PreparedSubset, Reference, Settings, Shape, Window, Workspace};
 use chainwave_measurement::{Position, Region};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use support::{
-    FULL_RANGE, Image, SIZE, Speckle, affine_bounds_px, bound_of_unknown_texture, coverage, error_of_std,
-    floors_px, grid, moments, rms, sense, slopes,
+    FULL_RANGE, Image, SIZE, Speckle, affine_bounds_px, bound_of_unknown_texture, error_of_std, floors_px,
+    grid, moments, rms, sense, slopes,
 };
 
 /// Pull, error over the floor, and error over the bound of the affine shape function, of every axis of every subset.
@@ -86,37 +85,9 @@ fn pulls(images: &[Image], noise: f64, n_draws: u64, methods: &[(Interpolation, 
     all
 }
 
-fn draws() -> u64 {
-    std::env::var("DRAWS").ok().and_then(|value| value.parse().ok()).unwrap_or(20)
-}
-
 /// Root mean square of one column of pulls.
 fn rms_of(pulls: &Pulls, column: usize) -> f64 {
     rms(&pulls.iter().map(|pull| pull[column]).collect::<Vec<_>>())
-}
-
-#[test]
-#[ignore = "a table of the book, of a minute or two"]
-fn intervals() {
-    let shapes = Shape::ALL.map(|shape| (Interpolation::Cubic, shape));
-    let others =
-        [Interpolation::Linear, Interpolation::CubicMoms, Interpolation::Quintic, Interpolation::QuinticMoms]
-            .map(|interpolation| (interpolation, Shape::Affine));
-    let methods: Vec<(Interpolation, Shape)> = shapes.into_iter().chain(others).collect();
-    let mut rows: Vec<String> =
-        methods.iter().map(|(interpolation, shape)| format!("{interpolation} {shape}")).collect();
-    for noise in [0.002, 0.01, 0.02, 0.05, 0.1] {
-        let found = pulls(&[31, 32].map(random_spots), noise, draws(), &methods);
-        for (row, pulls) in rows.iter_mut().zip(&found) {
-            let [inner, outer] = coverage(&pulls.iter().map(|pull| pull[0]).collect::<Vec<_>>());
-            row.push_str(&format!(",\"{inner:.1}, {outer:.1}\""));
-        }
-        if noise > 0.05 {
-            rows.iter_mut().zip(&found).for_each(|(row, pulls)| row.push_str(&format!(",{}", pulls.len())));
-        }
-    }
-    println!("count: method,at_02,at_1,at_2,at_5,at_10,errors_at_10");
-    rows.iter().for_each(|row| println!("count: {row}"));
 }
 
 #[test]
@@ -131,30 +102,6 @@ fn a_printed_pattern_is_matched_at_the_noise_floor() {
             // allows and one that is known from a noisy picture alone, but for three standard errors
             let most = bound_of_unknown_texture(0.2, noise) + 3.0 * error_of_std(pulls.len());
             assert!((1.0 - 3.0 * error_of_std(pulls.len())..most).contains(&ratio), "{noise}: {ratio}");
-        }
-    }
-}
-
-#[test]
-#[ignore = "a table of the book, of a minute or two"]
-fn bounds() {
-    let methods = [Shape::Translation, Shape::Affine].map(|shape| (Interpolation::Cubic, shape));
-    let patterns: [(&str, f64, [Image; 2]); 2] = [
-        ("light and dark spots spread evenly, as printed patterns are", 0.2, [41, 42].map(printed_spots)),
-        ("random light spots, some as dark as their noise is wide", 0.145, [31, 32].map(random_spots)),
-    ];
-    println!("count: pattern,translation,affine,unknown,errors,error_percent");
-    for (name, contrast, images) in &patterns {
-        for noise in [0.01, 0.02, 0.05] {
-            let found = pulls(images, noise, draws(), &methods);
-            let (unknown, n) = (bound_of_unknown_texture(*contrast, noise), found[1].len());
-            println!(
-                "count: \"{name}, {:.0} % noise\",{:.3},{:.3},{unknown:.3},{n},{:.1}",
-                100.0 * noise,
-                rms_of(&found[0], 1),
-                rms_of(&found[1], 2),
-                100.0 * error_of_std(n),
-            );
         }
     }
 }

@@ -6,12 +6,12 @@ use nalgebra::DVector;
 
 use crate::damping::damping_like;
 use crate::least_squares::NormalEquations;
-use crate::quantity::{Known, Quantity};
+use crate::quantity::{Prior, Quantity};
 
 /// The factors of a model, which stand one behind the other among the unknowns.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct KnownFactors<'a> {
-    known: &'a [Known],
+pub(crate) struct PriorFactors<'a> {
+    priors: &'a [Prior],
     /// Where the first one stands.
     first: usize,
 }
@@ -23,14 +23,14 @@ const SIGMAS_WITHIN: f64 = 3.0;
 /// The least factor of what is known so badly that it may be anything: no mass and no stiffness is none.
 const LEAST: f64 = 1e-3;
 
-impl<'a> KnownFactors<'a> {
-    pub(crate) fn new(known: &'a [Known], first: usize) -> Self {
-        Self { known, first }
+impl<'a> PriorFactors<'a> {
+    pub(crate) fn new(priors: &'a [Prior], first: usize) -> Self {
+        Self { priors, first }
     }
 
     /// Between what the factors lie: the model refuses what is not above zero, and a search has no business far from one.
     pub(crate) fn bounds(self) -> impl Iterator<Item = (f64, f64)> + 'a {
-        self.known.iter().map(|known| match 1.0 - SIGMAS_WITHIN * known.relative_sigma >= LARGEST.recip() {
+        self.priors.iter().map(|prior| match 1.0 - SIGMAS_WITHIN * prior.relative_sigma >= LARGEST.recip() {
             true => (LARGEST.recip(), LARGEST),
             false => (LEAST, f64::INFINITY),
         })
@@ -68,25 +68,25 @@ impl<'a> KnownFactors<'a> {
 
     /// Adds what is known to the equations.
     pub(crate) fn add_priors(self, equations: &mut NormalEquations, unknowns: &DVector<f64>) {
-        for (known, unknown) in self.known.iter().zip(self.first..) {
-            let residual = (unknowns[unknown] - 1.0) / known.relative_sigma;
-            equations.add_prior(unknown, residual, known.relative_sigma.recip());
+        for (prior, unknown) in self.priors.iter().zip(self.first..) {
+            let residual = (unknowns[unknown] - 1.0) / prior.relative_sigma;
+            equations.add_prior(unknown, residual, prior.relative_sigma.recip());
         }
     }
 
     /// The quantities with what was found of each, by its place among the unknowns.
     pub(crate) fn found(self, estimate: impl Fn(usize) -> Estimate) -> Vec<(Quantity, Estimate)> {
-        self.known.iter().zip(self.first..).map(|(known, i)| (known.quantity, estimate(i))).collect()
+        self.priors.iter().zip(self.first..).map(|(prior, i)| (prior.quantity, estimate(i))).collect()
     }
 
     fn at(self, unknown: usize) -> Option<Quantity> {
-        let known = self.known.get(unknown.checked_sub(self.first)?)?;
-        Some(known.quantity)
+        let prior = self.priors.get(unknown.checked_sub(self.first)?)?;
+        Some(prior.quantity)
     }
 
     fn with_values(self, unknowns: &DVector<f64>) -> impl Iterator<Item = (Quantity, f64)> {
         let factors = unknowns.iter().skip(self.first);
-        self.known.iter().zip(factors).map(|(known, factor)| (known.quantity, *factor))
+        self.priors.iter().zip(factors).map(|(prior, factor)| (prior.quantity, *factor))
     }
 }
 
@@ -96,14 +96,14 @@ mod tests {
 
     #[test]
     fn bounds_leave_what_is_known_its_uncertainty_and_nothing_of_the_chain_is_none() {
-        let known =
-            [0.01, 0.15, 0.3, 2.0].map(|relative_sigma| Known { quantity: Quantity::Ground, relative_sigma });
-        let bounds: Vec<(f64, f64)> = KnownFactors::new(&known, 1).bounds().collect();
+        let priors =
+            [0.01, 0.15, 0.3, 2.0].map(|relative_sigma| Prior { quantity: Quantity::Ground, relative_sigma });
+        let bounds: Vec<(f64, f64)> = PriorFactors::new(&priors, 1).bounds().collect();
         assert_eq!(bounds[..2], [(0.5, 2.0); 2]);
         assert!(bounds.iter().all(|(lowest, _)| *lowest > 0.0), "{bounds:?}");
-        for ((lowest, highest), known) in bounds.iter().zip(&known[..3]) {
-            let away = SIGMAS_WITHIN * known.relative_sigma;
-            assert!(*lowest < (1.0 - away).max(0.01) && *highest > 1.0 + away, "{known:?}");
+        for ((lowest, highest), prior) in bounds.iter().zip(&priors[..3]) {
+            let away = SIGMAS_WITHIN * prior.relative_sigma;
+            assert!(*lowest < (1.0 - away).max(0.01) && *highest > 1.0 + away, "{prior:?}");
         }
     }
 }

@@ -5,9 +5,15 @@
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 #![expect(clippy::print_stdout, reason = "what each case gave is a table to be read")]
 
+#[path = "../support/intervals.rs"]
+mod intervals;
+#[cfg(test)]
+mod tables;
+
 use chainwave_correlation::{Method, ReferenceFrames, Settings, track, track_from};
 use chainwave_measurement::{MemoryRecording, Subset};
 use chainwave_synthetic::pictures::{Deformation, Surface, Texture, counts, picture_by_spots};
+use intervals::Told;
 
 const SIDE_PX: usize = 240;
 const MIDDLE_PX: [f64; 2] = [119.5, 119.5];
@@ -81,36 +87,14 @@ struct Asked {
 const AFFINE: Asked = Asked { shape: "affine", surfaces_bend: true, n_points: 36 };
 const AUTO: Asked = Asked { shape: "auto", ..AFFINE };
 
-/// What the errors of some films say.
-struct Told {
-    inside: f64,
-    sigma_px: f64,
-    rms_px: f64,
-}
-
 fn told(films: &[Film], noise: f64, asked: Asked) -> Told {
-    let mut errors: Vec<[f64; 2]> = films.iter().flat_map(|film| film.errors(noise, asked)).collect();
-    let n = errors.len() as f64;
-    let inside = errors.iter().filter(|[error, sigma]| error.abs() < 1.96 * sigma).count() as f64 / n;
-    let rms_px = (errors.iter().map(|[error, _]| error * error).sum::<f64>() / n).sqrt();
-    errors.sort_by(|a, b| a[1].total_cmp(&b[1]));
-    Told { inside, sigma_px: errors[errors.len() / 2][1], rms_px }
+    Told::of(films.iter().flat_map(|film| film.errors(noise, asked)).collect())
 }
 
-/// The claim is 93 to 97 %, beyond which two standard errors are left: the readings of a subset in T = 4 frames share the noise of its
-/// reference, so they are `4 T/(T + 3)` independent ones.
+/// The readings of a subset in T = 4 frames share the noise of its reference, so they are `4 T/(T + 3)` independent ones.
 fn assert_both_sides(name: &str, films: &[Film], noise: f64, asked: Asked) {
-    let Told { inside, sigma_px, rms_px } = told(films, noise, asked);
-    println!(
-        "{name}, {}: {:.1} % of 95, {:.2}/{:.2} mpx",
-        asked.shape,
-        100.0 * inside,
-        1e3 * sigma_px,
-        1e3 * rms_px
-    );
     let n_independent = 36.0 * films.len() as f64 * 16.0 / 7.0;
-    let standard_error = (0.95 * 0.05 / n_independent).sqrt();
-    assert!((inside - 0.95).abs() < 0.02 + 2.0 * standard_error, "{name}, {}: {inside}", asked.shape);
+    told(films, noise, asked).assert_both_sides(&format!("{name}, {}", asked.shape), n_independent);
 }
 
 #[test]
@@ -168,27 +152,5 @@ fn a_track_from_a_place_has_its_bends_taken_off_too() {
         let place_px = [subset.x_px, subset.y_px];
         let from = track_from(&recording, subset, &first, &settings, 0..N_FRAMES, place_px).unwrap();
         assert_eq!(tracks[0].positions, from);
-    }
-}
-
-/// The table of docs/src/measured/correlation.md; FILMS says of how many films.
-#[test]
-#[ignore = "a table of several minutes"]
-fn table() {
-    let n_films: u64 = std::env::var("FILMS").ok().and_then(|n| n.parse().ok()).unwrap_or(4);
-    println!("count: film,affine_as_rigid,auto_as_rigid,affine,auto,affine_one_by_one,auto_one_by_one");
-    for period_px in [50.0, 70.0, 100.0, 150.0, 200.0, 300.0, 400.0, 1e6] {
-        let films: Vec<Film> = (1..=n_films).map(|seed| Film::wave(period_px, seed)).collect();
-        for noise in [0.002, 0.01, 0.03] {
-            let one = |asked: Asked| Asked { n_points: 1, ..asked };
-            let before = |asked: Asked| Asked { surfaces_bend: false, ..asked };
-            let cases = [before(AFFINE), before(AUTO), AFFINE, AUTO, one(AFFINE), one(AUTO)];
-            let cells = cases.map(|asked| {
-                let Told { inside, sigma_px, rms_px } = told(&films, noise, asked);
-                format!("\"{:.1} %, {:.1}/{:.1} mpx\"", 100.0 * inside, 1e3 * sigma_px, 1e3 * rms_px)
-            });
-            let period = if period_px < 1e6 { format!("{period_px} px") } else { "none".to_owned() };
-            println!("count: \"{period}, {:.1} %\",{}", 100.0 * noise, cells.join(","));
-        }
     }
 }
