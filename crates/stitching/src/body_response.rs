@@ -79,7 +79,14 @@ impl BodyResponse {
     /// Weighted least squares with the priors S = X and that of the curvature: where the trials' drives are too alike to tell the
     /// response, the motion scales with the drive, within the prior's uncertainty. `None` where readings and priors leave a direction
     /// undetermined: there is no motion then, and no sigma that could stand beside it.
-    pub(crate) fn fit(contributions: &[Contribution], drive: &[f64], prior: ResponsePrior) -> Option<Self> {
+    ///
+    /// The curvature's prior is about `usual_curvature_m`.
+    pub(crate) fn fit(
+        contributions: &[Contribution],
+        drive: &[f64],
+        prior: ResponsePrior,
+        usual_curvature_m: f64,
+    ) -> Option<Self> {
         let scaled = Vector3::new(-1.0, 1.0, 0.0) / prior.slope_m;
         let curved = prior.curvature.row();
         let known = scaled * scaled.transpose() + curved * curved.transpose();
@@ -90,11 +97,12 @@ impl BodyResponse {
             let basis = basis(drive[contribution.recording]);
             told += basis * basis.transpose() * contribution.weight();
             noise += basis * basis.transpose() * (contribution.weight() / contribution.n_shared);
-            right_side += basis * (contribution.weight() * contribution.read.value);
+            let straight_m = contribution.read.value - usual_curvature_m * basis[2];
+            right_side += basis * (contribution.weight() * straight_m);
             right_side_rate += basis * (contribution.weight() * contribution.read.rate);
         }
         let covariance = inverse_of(known + told)?;
-        let fitted = covariance * right_side;
+        let fitted = covariance * right_side + Vector3::new(0.0, 0.0, usual_curvature_m);
         let rates = covariance * right_side_rate;
         let mean_basis = drive.iter().map(|s| basis(*s)).sum::<Vector3<f64>>() / drive.len() as f64;
         let mean_covariance = mean_basis.transpose() * covariance;
@@ -232,7 +240,7 @@ mod tests {
 
     #[test]
     fn one_trial_and_the_priors_tell_a_motion() {
-        let response = BodyResponse::fit(&[contribution(0, 2e-3, 1e-6)], &[0.0], WEAK).unwrap();
+        let response = BodyResponse::fit(&[contribution(0, 2e-3, 1e-6)], &[0.0], WEAK, 0.0).unwrap();
         assert!(
             (response.motion_m - 2e-3).abs() < 1e-12
                 && (response.covariance[(0, 0)].sqrt() / 1e-6 - 1.0).abs() < 1e-6
@@ -244,11 +252,11 @@ mod tests {
     #[test]
     fn what_nothing_determines_is_no_motion_with_a_sigma_of_zero() {
         // At a drive of nothing, s = -1, the priors S = X and Q = S - X say what the reading says: X - S + Q = X.
-        let singular = BodyResponse::fit(&[contribution(0, 0.0, 1e-6)], &[-1.0], WEAK);
+        let singular = BodyResponse::fit(&[contribution(0, 0.0, 1e-6)], &[-1.0], WEAK, 0.0);
         assert!(singular.is_none(), "{singular:?}");
-        assert!(BodyResponse::fit(&[], &[0.0], WEAK).is_none());
-        assert!(BodyResponse::fit(&[contribution(0, 1.0, 0.0)], &[0.0], WEAK).is_none());
+        assert!(BodyResponse::fit(&[], &[0.0], WEAK, 0.0).is_none());
+        assert!(BodyResponse::fit(&[contribution(0, 1.0, 0.0)], &[0.0], WEAK, 0.0).is_none());
         let no_scale = ResponsePrior { slope_m: 0.0, ..WEAK };
-        assert!(BodyResponse::fit(&[contribution(0, 1.0, 1e-6)], &[0.0], no_scale).is_none());
+        assert!(BodyResponse::fit(&[contribution(0, 1.0, 1e-6)], &[0.0], no_scale, 0.0).is_none());
     }
 }

@@ -96,11 +96,13 @@ impl AlignmentState<'_> {
         // The usual ones for any chain: wider ones let responses take up what is no smooth response to the drive.
         let sizes = self.settings.response_sizes;
         let prior_m = |relative: f64| (relative * rms_m).max(noise_m);
+        let stated_orders_m = self.stated_orders_m(row, &readings);
+        let is_stated = stated_orders_m.iter().any(|[curvature_m, _]| *curvature_m != 0.0);
         let curvature = match (tells_curvature(most), self.scale) {
             // Three recordings would be interpolated exactly, noise and all: they leave the curvature at zero, and its size to the errors. Held at what a
             // weak non-linearity makes of the slope, it lets alignments of three trials run away.
             (false, _) => CurvaturePrior::Small(1e-3 * noise_m),
-            (true, Scale::True) => CurvaturePrior::WeakNonLinearity(prior_m(sizes.curvature)),
+            (true, Scale::True) if !is_stated => CurvaturePrior::WeakNonLinearity(prior_m(sizes.curvature)),
             (true, _) => CurvaturePrior::Small(prior_m(sizes.curvature)),
         };
         // A body's response departs from plain scaling alike at all its times: where trials tell the slope at each, the prior counts once
@@ -122,16 +124,45 @@ impl AlignmentState<'_> {
             let of_time = if n_lasting[i] < enough { &[] } else { of_time };
             responses.push(match of_time.is_empty() {
                 true => BodyResponse::default(),
-                false => BodyResponse::fit(of_time, &self.drive, prior(of_time.len()))
+                false => BodyResponse::fit(of_time, &self.drive, prior(of_time.len()), stated_orders_m[i][0])
                     .ok_or_else(|| self.undetermined(row, i, of_time))?,
             });
             kept.push_time(of_time.iter().copied());
         }
-        let mut of_body = FittedBody::new(kept, responses);
+        let mut of_body = FittedBody::new(kept, responses, stated_orders_m);
         if self.scale == Scale::True {
             smooth_velocities(&mut of_body);
         }
         Ok(of_body)
+    }
+
+    /// Q and C of a body by the stated chain at each time, as late as the readings show that the wave reaches it; zero as long as the drives' scale is open, and
+    /// where nothing is stated or the body is not reached.
+    fn stated_orders_m(&self, row: usize, readings: &Readings) -> Vec<[f64; 2]> {
+        let stated = self.settings.stated_responses.get(row).map(|response| &response.orders);
+        let orders = stated.filter(|orders| self.scale == Scale::True && orders.reached_m > 0.0);
+        let away_m = |of_time: &[Contribution]| {
+            let n = of_time.len() as f64;
+            (n > 0.0).then(|| (of_time.iter().map(|one| one.read.value).sum::<f64>() / n).abs())
+        };
+        let away_m: Vec<(f64, f64)> = self
+            .times_s
+            .iter()
+            .zip(readings.of_times())
+            .filter_map(|(time_s, of_time)| Some((*time_s, away_m(of_time)?)))
+            .collect();
+        let reached_s = orders.and_then(|orders| {
+            let is_passed =
+                |pair: &&[(f64, f64)]| pair[0].1 <= orders.reached_m && pair[1].1 > orders.reached_m;
+            let pair = away_m.windows(2).find(is_passed)?;
+            let [(before_s, before_m), (after_s, after_m)] = [pair[0], pair[1]];
+            Some(before_s + (after_s - before_s) * (orders.reached_m - before_m) / (after_m - before_m))
+        });
+        let at = |time_s: &f64| match (orders, reached_s) {
+            (Some(orders), Some(reached_s)) => orders.at_m(time_s - reached_s),
+            _ => [0.0; 2],
+        };
+        self.times_s.iter().map(at).collect()
     }
 
     fn undetermined(&self, row: usize, i: usize, contributions: &[Contribution]) -> StitchingError {

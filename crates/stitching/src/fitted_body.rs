@@ -39,6 +39,8 @@ pub(crate) struct FittedBody {
     readings: Readings,
     /// Of each time; of one without contributions it is nothing.
     pub(crate) responses: Vec<BodyResponse>,
+    /// Q and C by the stated chain at each time, in metres; zero where none is stated.
+    pub(crate) stated_orders_m: Vec<[f64; 2]>,
 }
 
 /// A body at one time.
@@ -52,9 +54,14 @@ pub(crate) struct FittedTime<'a> {
 
 impl FittedBody {
     /// Of readings, and the responses fitted to those of each time.
-    pub(crate) fn new(readings: Readings, responses: Vec<BodyResponse>) -> Self {
+    pub(crate) fn new(
+        readings: Readings,
+        responses: Vec<BodyResponse>,
+        stated_orders_m: Vec<[f64; 2]>,
+    ) -> Self {
         debug_assert_eq!(readings.ends.len(), responses.len());
-        Self { readings, responses }
+        debug_assert_eq!(stated_orders_m.len(), responses.len());
+        Self { readings, responses, stated_orders_m }
     }
 
     /// The body at each time.

@@ -111,5 +111,5 @@ pub use settings::{FirstBody, Settings};
 pub use shown::ShownByBody;
 pub use spread::Spread;
 pub use stages::{StageStep, refine_stages};
-pub use stated_response::{BeyondSlope, ModelResponse, StatedResponse};
+pub use stated_response::{HigherOrders, ModelResponse, StatedResponse};
 pub use stitched::{Alignment, AlignmentPhase, Stitched, Unsettled};

@@ -13,6 +13,7 @@ use crate::reading_error::{RowError, on_time_base};
 use crate::response_sizes::ResponseSizes;
 use crate::rest::Displacement;
 use crate::state::{AlignmentState, Scale};
+use crate::stated_response::MISTRUST;
 
 /// What is known of the errors of drives and offsets.
 pub(crate) struct AlignmentErrors {
@@ -42,6 +43,25 @@ enum ModeCause {
     PlaceAtRest { recording: usize, row: usize, sigma_m: f64 },
     /// An error that readings of several recordings share.
     Readings(Vec<RowError>),
+    /// A power of the drives' deviation that the responses do not have, as errors of the readings; the mean motion has it as well.
+    Order { rows: Vec<RowError>, kind: Order },
+}
+
+/// A power of the drives' deviation in the stated responses.
+#[derive(Debug, Clone, Copy)]
+struct Order {
+    /// Of those of [`FittedBody::stated_orders_m`], the first is the square.
+    index: usize,
+    /// Share of what is stated that is not known.
+    share: f64,
+}
+
+impl Order {
+    const ALL: [Self; 2] = [Self { index: 0, share: MISTRUST }, Self { index: 1, share: 1.0 }];
+
+    fn power(self) -> i32 {
+        self.index as i32 + 2
+    }
 }
 
 impl AlignmentState<'_> {
@@ -67,6 +87,15 @@ impl AlignmentState<'_> {
                 ModeCause::Readings(rows) => parts.extend(rows.iter().map(|one| {
                     let error_m = |r: usize, i: usize| one.at(r, i);
                     (modes.add_pattern(self.effect_of_readings(field, one.row, error_m)), 1.0)
+                })),
+                ModeCause::Order { rows, kind } => parts.extend(rows.iter().map(|one| {
+                    let taken_m = self.effect_of_readings_m(field, one.row, |r, i| one.at(r, i));
+                    let in_mean = kind.share * self.mean_power(kind.power());
+                    let orders_m = &field[one.row].stated_orders_m;
+                    let error_m = Array2::from_shape_fn(taken_m.dim(), |(_, i)| {
+                        taken_m[(0, i)] - in_mean * orders_m[i][kind.index]
+                    });
+                    (modes.add_pattern(ErrorPattern::new(one.row, error_m)), 1.0)
                 })),
             }
             modes.push_sum(direction.source.clone(), parts);
@@ -103,11 +132,25 @@ impl AlignmentState<'_> {
         row: usize,
         error_m: impl Fn(usize, usize) -> f64,
     ) -> ErrorPattern {
-        let effect_m = Array2::from_shape_fn((1, self.times_s.len()), |(_, i)| {
+        ErrorPattern::new(row, self.effect_of_readings_m(field, row, error_m))
+    }
+
+    /// The same in metres by time, in one row.
+    fn effect_of_readings_m(
+        &self,
+        field: &Fitted,
+        row: usize,
+        error_m: impl Fn(usize, usize) -> f64,
+    ) -> Array2<f64> {
+        Array2::from_shape_fn((1, self.times_s.len()), |(_, i)| {
             let FittedTime { contributions, response } = field[row].at(i);
             contributions.iter().map(|one| response.gain(one, &self.drive) * error_m(one.recording, i)).sum()
-        });
-        ErrorPattern::new(row, effect_m)
+        })
+    }
+
+    /// The mean of a power of the recordings' drives.
+    fn mean_power(&self, power: i32) -> f64 {
+        self.drive.iter().map(|s| s.powi(power)).sum::<f64>() / self.drive.len() as f64
     }
 
     /// The independent errors of the alignment: principal directions of the covariance that the readings' noise leaves, the
@@ -131,7 +174,33 @@ impl AlignmentState<'_> {
         }));
         directions.extend(self.rest_directions(field, errors));
         directions.extend(self.reading_directions(field, errors));
+        directions.extend(self.order_directions(field, errors));
         directions
+    }
+
+    /// What is not known of the responses' second order, and their third one, which is not fitted: alignments take up what they can of both.
+    fn order_directions(&self, field: &Fitted, errors: &AlignmentErrors) -> Vec<AlignmentDirection> {
+        let response = &errors.exchange.errors * &errors.covariance;
+        let direction = |kind: Order| {
+            let of_row = |(row, of_body): (usize, &FittedBody)| {
+                let is_known = of_body.stated_orders_m.iter().any(|orders_m| orders_m[kind.index] != 0.0);
+                let of_recording = |s: &f64| -> Vec<f64> {
+                    let factor = kind.share * s.powi(kind.power());
+                    of_body.stated_orders_m.iter().map(|orders_m| factor * orders_m[kind.index]).collect()
+                };
+                is_known.then(|| RowError::new(row, self.drive.iter().map(of_recording).collect()))
+            };
+            let rows: Vec<RowError> = field.iter().enumerate().filter_map(of_row).collect();
+            let moved = rows.iter().fold(DVector::zeros(2 * self.observations.len()), |sum, one| {
+                sum + error_sensitivity(&field[one.row], &self.drive, |r, i| one.at(r, i))
+            });
+            (!rows.is_empty()).then(|| AlignmentDirection {
+                source: ErrorSource::Response { first_body: 1 },
+                error: &response * moved,
+                cause: ModeCause::Order { rows, kind },
+            })
+        };
+        Order::ALL.into_iter().filter_map(direction).collect()
     }
 
     fn noise_directions(&self, field: &Fitted, errors: &AlignmentErrors) -> Vec<AlignmentDirection> {
@@ -241,44 +310,14 @@ impl AlignmentState<'_> {
                 |(row, i): (usize, usize)| if groups[row] == groups[lead] { error_m(row, i) } else { 0.0 };
             let displacement_m = Array2::from_shape_fn((field.len(), self.times_s.len()), alike);
             modes.push(ErrorSource::Response { first_body: lead + 1 }, &displacement_m);
-            for order in [2, 3] {
-                let of_stated = |row: usize| match groups[row] == groups[lead] {
-                    true => self.left_of_order_m(&field[row], row, order),
-                    false => vec![0.0; self.times_s.len()],
-                };
-                let left_m: Vec<f64> = (0..field.len()).flat_map(of_stated).collect();
-                if let Ok(left_m) = Array2::from_shape_vec((field.len(), self.times_s.len()), left_m)
-                    && left_m.iter().any(|left_m| *left_m != 0.0)
-                {
-                    modes.push(ErrorSource::Response { first_body: lead + 1 }, &left_m);
-                }
-            }
         }
-    }
-
-    /// What the stated chain's response of second or third order leaves in a body's mean motion, by time: an error as large as that is where the wave passes, which
-    /// one in proportion to the motion is not.
-    fn left_of_order_m(&self, of_body: &FittedBody, row: usize, order: i32) -> Vec<f64> {
-        let none = || vec![0.0; self.times_s.len()];
-        let Some(beyond) = self.settings.stated_responses.get(row).map(|response| &response.beyond) else {
-            return none();
-        };
-        let has_moved =
-            |i: &usize| of_body.at(*i).response.motion_m.abs() > beyond.reached_m && beyond.reached_m > 0.0;
-        let Some(reached) = (0..self.times_s.len()).find(has_moved) else { return none() };
-        let left_m = |i: usize| {
-            let of_unit_m = beyond.at_m(self.times_s[i] - self.times_s[reached])[(order - 2) as usize];
-            of_unit_m * self.untold_power(of_body.at(i), order)
-        };
-        (0..self.times_s.len()).map(left_m).collect()
     }
 
     /// A power of the drives' deviation in the mean of all recordings, less what the readings of a body at a time tell of it.
     fn untold_power(&self, FittedTime { contributions, response }: FittedTime<'_>, order: i32) -> f64 {
-        let mean = self.drive.iter().map(|s| s.powi(order)).sum::<f64>() / self.drive.len() as f64;
         let power = |c: &Contribution| self.drive[c.recording].powi(order);
         let taken: f64 = contributions.iter().map(|c| response.gain(c, &self.drive) * power(c)).sum();
-        mean - taken
+        self.mean_power(order) - taken
     }
 
     /// Standard deviation of the mean motion beyond what the readings' own noise explains. Where too few recordings tell how the response is curved,

@@ -11,6 +11,11 @@ pub(crate) struct RowError {
 }
 
 impl RowError {
+    /// An error of the body of a row, by recording and time.
+    pub(crate) fn new(row: usize, of_recordings: Vec<Vec<f64>>) -> Self {
+        Self { row, of_recordings }
+    }
+
     /// The error of a recording's reading at a time, in metres.
     pub(crate) fn at(&self, recording: usize, time: usize) -> f64 {
         self.of_recordings[recording].get(time).copied().unwrap_or(0.0)

@@ -89,7 +89,7 @@ impl Settings {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::stated_response::{BeyondSlope, ModelResponse};
+    use crate::stated_response::{HigherOrders, ModelResponse};
 
     #[test]
     fn a_stated_chain_widens_what_is_usual_and_narrows_nothing() {
@@ -100,7 +100,7 @@ mod tests {
             stated: silent,
             otherwise: Vec::new(),
             sizes,
-            beyond: BeyondSlope::default(),
+            orders: HigherOrders::default(),
         }];
         let settings = Settings { stated_responses, ..Settings::new(2, 0.0) };
         let expected = ResponseSizes { non_linearity: 1.2, third_order: 3.5, ..ResponseSizes::USUAL };

@@ -38,24 +38,24 @@ pub struct StatedResponse {
     pub otherwise: Vec<ModelResponse>,
     /// How large the response is, as stated, while the recordings last.
     pub sizes: ResponseSizes,
-    /// How it goes over time beyond what a weak non-linearity makes of its slope.
-    pub beyond: BeyondSlope,
+    /// Its orders beyond the slope over time.
+    pub orders: HigherOrders,
 }
 
-/// What a body's response to the drive has beyond X + s S + s^2 (S - X), from before it moves until the recordings end.
+/// What a body's response to the drive has beyond X + s S, from before it moves until the recordings end.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct BeyondSlope {
+pub struct HigherOrders {
     /// Time from one sample to the next, in seconds.
     pub interval_s: f64,
     /// How far the body has moved, in metres, when it counts as reached; and the sample in which it has.
     pub reached_m: f64,
     /// As above.
     pub reached: usize,
-    /// Q - (S - X) and C, of s^2 and s^3, in metres.
+    /// Q and C, of s^2 and s^3, in metres.
     pub orders_m: Vec<[f64; 2]>,
 }
 
-impl BeyondSlope {
+impl HigherOrders {
     /// The orders at a time after the body was reached; zero before and behind what is known.
     pub(crate) fn at_m(&self, since_reached_s: f64) -> [f64; 2] {
         let place = self.reached as f64 + since_reached_s / self.interval_s;
@@ -77,7 +77,7 @@ pub(crate) struct OnsetDeparture {
 }
 
 /// Of the departure that a model has, this share may be the model's own error (a standard deviation).
-const MISTRUST: f64 = 0.3;
+pub(crate) const MISTRUST: f64 = 0.3;
 
 impl StatedResponse {
     /// Over an onset of usual length.

@@ -4,7 +4,7 @@
 
 use chainwave_measurement::{BodyTrack, Estimate, Observation};
 use chainwave_stitching::{
-    BeyondSlope, ModelResponse, ResponseSizes, Settings, StatedResponse, Stitched, merge,
+    HigherOrders, ModelResponse, ResponseSizes, Settings, StatedResponse, Stitched, merge,
 };
 use rand::SeedableRng;
 use rand_distr::{Distribution, Normal};
@@ -69,7 +69,7 @@ fn stated(body: usize) -> StatedResponse {
         stated,
         otherwise: Vec::new(),
         sizes: ResponseSizes::USUAL,
-        beyond: BeyondSlope::default(),
+        orders: HigherOrders::default(),
     }
 }
 

@@ -5,7 +5,7 @@ use std::num::NonZero;
 use chainwave_analysis::exact_motion;
 use chainwave_measurement::map_in_parallel;
 use chainwave_mechanics::{Change, Schedule, Sensitivities, Simulation, simulate_with_sensitivities};
-use chainwave_stitching::{BeyondSlope, ModelResponse, ResponseSizes, StatedResponse};
+use chainwave_stitching::{HigherOrders, ModelResponse, ResponseSizes, StatedResponse};
 use ndarray::{Array2, ArrayView1, s};
 
 use crate::chain::chain_model::STARTING_SHARES;
@@ -66,7 +66,7 @@ impl StatedMotion {
             stated: onset(&stated, body),
             otherwise: otherwise.iter().map(|other| onset(other, body)).collect(),
             sizes: by_drive.sizes(body),
-            beyond: by_drive.beyond(&stated, body),
+            orders: by_drive.higher_orders(&stated, body),
         };
         let responses = (0..experiment.chain.n_bodies).map(response).collect();
         Ok(Self { simulation: stated.simulation, responses })
@@ -190,16 +190,15 @@ impl<'a> ByDrive<'a> {
         })
     }
 
-    /// What a body's response has beyond its slope and a weak non-linearity, over the stated motion.
-    fn beyond(&self, stated: &Sensitivities, body: usize) -> BeyondSlope {
+    /// What a body's response has beyond its slope, over the stated motion.
+    fn higher_orders(&self, stated: &Sensitivities, body: usize) -> HigherOrders {
         let motion = &stated.simulation.trajectory;
         let furthest_m =
             self.orders_m(body).fold(0.0_f64, |furthest, orders| furthest.max(orders.motion_m.abs()));
         let reached_m = REACHED * furthest_m;
         let reached = self.orders_m(body).position(|orders| orders.motion_m.abs() > reached_m).unwrap_or(0);
-        let orders_m =
-            self.orders_m(body).map(|orders| [orders.second_m - orders.departure_m, orders.third_m]);
-        BeyondSlope {
+        let orders_m = self.orders_m(body).map(|orders| [orders.second_m, orders.third_m]);
+        HigherOrders {
             interval_s: motion.times_s[1] - motion.times_s[0],
             reached_m,
             reached,
