@@ -277,8 +277,8 @@ pub(crate) fn priors(
     let scatter = |scatter: Option<NotNegative>| scatter.map_or(0.0, NotNegative::get);
     let of_masses =
         (1..=chain.n_bodies).map(|body| (Quantity::MassOfBody(body), scatter(chain.mass_scatter)));
-    let of_gaps = (1..chain.n_bodies)
-        .map(|gap| (Quantity::StiffnessOfGap(gap), scatter(experiment.contact.stiffness_scatter)));
+    let of_contacts = scatter(experiment.contact.stiffness_scatter);
+    let of_gaps = (1..chain.n_bodies).map(|gap| (Quantity::StiffnessOfGap(gap), of_contacts));
     [
         (
             Quantity::Scale,
@@ -290,6 +290,7 @@ pub(crate) fn priors(
         (Quantity::Prefactor, of_prefactor),
         (Quantity::Offset, of_offset),
         (Quantity::Exponent, of_exponent),
+        (Quantity::StrikerContact, if experiment.striker.is_some() { of_contacts } else { 0.0 }),
     ]
     .into_iter()
     .chain(contradiction.of_views().map(|(view, sigma)| (Quantity::ScaleOfView(view), sigma)))
