@@ -97,6 +97,9 @@ pub(crate) fn merged<'a>(
     }
     add_errors(&mut joint, &shared, &unresolved, inclination.as_ref());
     joint.observations = joint.stabilisation.widened(joint.observations);
+    let of_directions = inclination
+        .as_ref()
+        .map_or_else(Vec::new, |found| found.reading_errors(&joint.observations, rest_until_s));
     let usual_geometry = UsualGeometry::of(&joint);
     let light_moves = tracked.findings.iter().any(|finding| finding.code == MOVING_LIGHT);
     let of_camera = [
@@ -116,8 +119,9 @@ pub(crate) fn merged<'a>(
         of_camera: of_camera.concat(),
         shared,
         side_motion,
-        shortening: inclination.as_ref().map_or(0.0, Inclination::shortening),
-        reading_errors: [apart.errors, of_each_view, joint.geometry_errors.clone(), of_clocks].concat(),
+        shortening: inclination.as_ref().map_or(0.0, Inclination::of_scale),
+        reading_errors: [apart.errors, of_each_view, joint.geometry_errors.clone(), of_clocks, of_directions]
+            .concat(),
         assumptions: settings.assumptions().into_iter().chain(usual_geometry.assumption()).collect(),
         usual_geometry,
         joint,

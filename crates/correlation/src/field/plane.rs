@@ -1,5 +1,9 @@
 //! The plane through neighbouring displacements of a field: its points, the weights of its slopes, and their covariance.
 
+use std::num::NonZero;
+
+use chainwave_measurement::map_in_parallel;
+
 use super::overlap::NoiseCorrelations;
 use crate::{Field, Shape};
 
@@ -95,4 +99,15 @@ pub(super) fn covariances(
         }
     }
     covariances
+}
+
+/// What is worked out for each point of a field, row by row, on so many threads.
+pub(super) fn in_rows<T: Send + Sync>(
+    field: &Field,
+    n_threads: NonZero<usize>,
+    of_point: impl Fn(usize) -> T + Sync,
+) -> Vec<T> {
+    let n_columns = field.n_columns.max(1);
+    let of_row = |row: usize| -> Vec<T> { (row * n_columns..(row + 1) * n_columns).map(&of_point).collect() };
+    map_in_parallel(field.points.len() / n_columns, n_threads, of_row).into_iter().flatten().collect()
 }

@@ -2,11 +2,11 @@
 
 use std::num::NonZero;
 
-use chainwave_measurement::{Estimate, map_in_parallel};
+use chainwave_measurement::Estimate;
 
 use crate::Field;
 use crate::field::overlap::NoiseCorrelations;
-use crate::field::plane::{covariances, samples_around, slope_weights};
+use crate::field::plane::{covariances, in_rows, samples_around, slope_weights};
 use crate::field::truncation::{Truncation, truncations};
 
 /// The Green-Lagrange strain of the reference's plane at one point, with rotation taken out.
@@ -31,17 +31,6 @@ pub fn strains(field: &Field, reach: usize, n_threads: NonZero<usize>) -> Vec<Op
     let truncations = truncations(field, reach, n_threads);
     let correlations = NoiseCorrelations::of(field, 2 * reach);
     in_rows(field, n_threads, |point| strain_at(field, &correlations, point, reach, &truncations[point]))
-}
-
-/// What is worked out for each point of a field, row by row, on so many threads.
-pub(super) fn in_rows<T: Send + Sync>(
-    field: &Field,
-    n_threads: NonZero<usize>,
-    of_point: impl Fn(usize) -> T + Sync,
-) -> Vec<T> {
-    let n_columns = field.n_columns.max(1);
-    let of_row = |row: usize| -> Vec<T> { (row * n_columns..(row + 1) * n_columns).map(&of_point).collect() };
-    map_in_parallel(field.points.len() / n_columns, n_threads, of_row).into_iter().flatten().collect()
 }
 
 fn strain_at(

@@ -15,10 +15,9 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::Field;
 use crate::field::overlap::NoiseCorrelations;
-use crate::field::plane::{Sample, covariances, samples_around, slope_weights};
+use crate::field::plane::{Sample, covariances, in_rows, samples_around, slope_weights};
 use crate::field::shape_error::bend::largest_mean;
 use crate::field::shape_error::grid::Grid;
-use crate::field::strain::in_rows;
 
 /// Variance of a gradient du/dx, du/dy, dv/dx, dv/dy by what the plane leaves, row by row.
 pub(super) type Truncation = [[f64; 2]; 2];

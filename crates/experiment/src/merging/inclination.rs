@@ -3,13 +3,17 @@
 //! A camera that is rolled by theta shows a displacement x along the chain as x cos theta along its rows and x sin theta across them. What
 //! moves across tells the angle, and not whose it is: where it is the camera's, displacements are too small by theta^2 / 2 of themselves.
 
-use chainwave_measurement::{ChainMotion, ErrorSource, Estimate};
+use chainwave_measurement::{
+    BodyTrack, ChainMotion, ErrorSource, Estimate, Observation, SharedReadingError, TrackDeviation,
+};
 use ndarray::Array2;
 
 use crate::finding::Finding;
 use crate::merging::side_motion::SideMotion;
 
 const INCLINED_MOTION: &str = "inclined_motion";
+/// What an error of this kind comes from.
+const OWN_DIRECTIONS: &str = "bodies that move in directions of their own";
 
 /// The directions in which bodies move.
 #[derive(Debug, Clone, PartialEq)]
@@ -96,10 +100,18 @@ impl Inclination {
     }
 
     /// By how much displacements are too small at most, relative to themselves, were it the camera's roll or the chain's curve.
-    pub(crate) fn shortening(&self) -> f64 {
+    fn shortening(&self) -> f64 {
+        match self {
+            Self::Common(_) => self.of_scale(),
+            Self::Own(of_bodies) => of_bodies.iter().map(|angle| 0.5 * angle * angle).fold(0.0, f64::max),
+        }
+    }
+
+    /// By how much the scale would be wrong, relative to itself, were the camera rolled.
+    pub(crate) fn of_scale(&self) -> f64 {
         match self {
             Self::Common(angle_rad) => 0.5 * angle_rad.value.powi(2),
-            Self::Own(of_bodies) => of_bodies.iter().map(|angle| 0.5 * angle * angle).fold(0.0, f64::max),
+            Self::Own(_) => 0.0,
         }
     }
 
@@ -118,9 +130,33 @@ impl Inclination {
         });
         let source = match self {
             Self::Common(_) => "a camera that is rolled",
-            Self::Own(_) => "bodies that move in directions of their own",
+            Self::Own(_) => OWN_DIRECTIONS,
         };
         motion.add_error(ErrorSource::Other(source.into()), &error_m);
+    }
+
+    /// What directions of bodies' own make of their readings: an error of one size in all of them. That of a common one is one of the scale.
+    pub(crate) fn reading_errors(
+        &self,
+        observations: &[Observation],
+        rest_until_s: f64,
+    ) -> Vec<SharedReadingError> {
+        let Self::Own(of_bodies) = self else { return Vec::new() };
+        let of_track = |one: &Observation, track: &BodyTrack| {
+            let at_rest_m = one.mean_before_m(track, rest_until_s).unwrap_or(0.0);
+            let shortening = self.shortening_of(track.body - 1);
+            let error_m = |x: &Option<Estimate>| x.map_or(0.0, |x| shortening * (x.value - at_rest_m));
+            TrackDeviation {
+                recording: one.recording.clone(),
+                body: track.body,
+                error_m: track.position_m.iter().map(error_m).collect(),
+            }
+        };
+        let of_tracks = observations.iter().flat_map(|one| {
+            let own = one.bodies.iter().filter(|track| of_bodies[track.body - 1] != 0.0);
+            own.map(move |track| of_track(one, track))
+        });
+        vec![SharedReadingError { source: OWN_DIRECTIONS.into(), of_tracks: of_tracks.collect() }]
     }
 
     /// What the reader should know.
@@ -142,8 +178,7 @@ impl Inclination {
                     (0..of_bodies.len()).max_by(|a, b| angle_of(a).total_cmp(&angle_of(b))).unwrap_or(0);
                 format!(
                     "bodies move each in its own direction, as in a chain that is curved: body {} at {:.2} degrees to the rows of the pictures. Along these \
-                     directions they move farther than along the rows, by up to {:.2e} of that: it is counted as an uncertainty, and a fit of the chain may take \
-                     it for other masses or dampings (hint: straighten the rods)",
+                     directions they move farther than along the rows, by up to {:.2e} of that: it is counted as an uncertainty (hint: straighten the rods)",
                     most + 1,
                     of_bodies.get(most).copied().unwrap_or(0.0).to_degrees(),
                     self.shortening()
