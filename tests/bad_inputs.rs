@@ -42,10 +42,15 @@ const WRONG_CELLS: [(&str, &str, &str); 7] = [
 const POINTS: &str = "name,x_px,y_px,half_width_px,half_height_px\n1,25,19.5,11,11\n2,100,19.5,11,11\n";
 
 /// A wrong table of points, and what the message names.
-const WRONG_POINTS: [(&str, &str); 5] = [
+const WRONG_POINTS: [(&str, &str); 7] = [
     ("name,x_px,y_px,half_width_px,half_height_px\n1,30,mid,11,11\n", "line 2, column y_px"),
     ("name,x_px,y_px,half_width_px,half_height_px\n1,30,23.5,11,11.5\n", "line 2, column half_height_px"),
-    ("name,x_px,y_px,half_width_px\n1,30,23.5,11\n", "half_height_px"),
+    ("name,x_px,y_px,half_width_px,half_hight_px\n1,30,23.5,11,11\n", "half_height_px"),
+    ("name,x_px,y_px\n,30,23.5\n", "line 2, column name: expected a name, found nothing"),
+    (
+        "name,x_px,y_px,half_width_px,half_height_px\n1,30,23.5,1e300,11\n",
+        "a whole number from 0 to 999999, or nothing, found 1e300",
+    ),
     ("name,x_px,y_px,half_width_px,half_height_px\n", "at least one point"),
     (
         "name,x_px,y_px,half_width_px,half_height_px\n1,25,19.5,11,11\n1,100,19.5,11,11\n",

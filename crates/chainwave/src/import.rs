@@ -28,6 +28,7 @@ use self::program::Program;
 use self::remarks::remarks;
 use self::tracks::{Spot, Track};
 use crate::cli;
+use crate::digits::{counted, with_sigma};
 use crate::error::Error;
 use crate::outcome::Outcome;
 use crate::output::make_folder;
@@ -227,16 +228,15 @@ fn results(stitched: &Stitched, measurement: &Measurement) -> serde_json::Value 
 }
 
 fn print(name: &str, stitched: &Stitched, measurement: &Measurement) {
-    say!("{name}: {} trials", stitched.alignments.len());
+    say!("{name}: {}", counted(stitched.alignments.len(), "trial"));
     let velocity = measurement.group_velocity.as_ref().ok().map(|found| found.velocity_m_per_s);
     tell("n_trials", json!(stitched.alignments.len()));
     tell("group_velocity_m_per_s", json!(velocity.map(|velocity| velocity.value)));
     tell("group_velocity_sigma", json!(velocity.map(|velocity| velocity.sigma)));
     match &measurement.group_velocity {
         Ok(velocity) => say!(
-            "group velocity {:.4} +- {:.4} m/s over gaps {} to {}, rms distance of the peaks from the line {:.2} mm",
-            velocity.velocity_m_per_s.value,
-            velocity.velocity_m_per_s.sigma,
+            "group velocity {} m/s over gaps {} to {}, rms distance of the peaks from the line {:.2} mm",
+            with_sigma(velocity.velocity_m_per_s),
             velocity.gaps.0,
             velocity.gaps.1,
             1e3 * velocity.residual_m

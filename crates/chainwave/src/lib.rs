@@ -18,6 +18,7 @@ mod command_pages;
 mod compare;
 mod contact;
 mod correlate;
+mod digits;
 mod error;
 mod export;
 mod extremes;

@@ -16,6 +16,7 @@ use crate::error::Error;
 use crate::outcome::Outcome;
 use crate::output::{expect_apart, expect_folder_of, write_text};
 use crate::table::{self, column};
+use crate::terminal::say;
 pub(crate) use ring::{is_ring_scene, ring_scene};
 
 /// Simulates a scene and writes the motion, and a summary where that is asked; or, with several striker velocities, each
@@ -49,6 +50,15 @@ pub(crate) fn simulate(arguments: &cli::Simulate) -> Result<Outcome, Error> {
     if let Some(path) = &arguments.summary {
         write_summary(path, &simulation, wall_s)?;
     }
+    say!(
+        "wrote {}: {} bodies at {} times; {} steps by {}, energy drift {:.1e}",
+        arguments.out.display(),
+        simulation.trajectory.displacement_m.nrows(),
+        simulation.trajectory.times_s.len(),
+        simulation.steps,
+        simulation.method,
+        simulation.energy_drift
+    );
     Ok(Outcome::default())
 }
 
