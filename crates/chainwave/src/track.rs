@@ -10,7 +10,7 @@ use chainwave_experiment::{
     PointTracking, SensorFiles, TrackRows, threads_of_each, unreadable_frames,
 };
 use chainwave_figures::PointMotion;
-use chainwave_measurement::{Estimate, Lost, Position, Subset, map_in_parallel};
+use chainwave_measurement::{Estimate, Lost, Position, Recording, Subset, map_in_parallel};
 use serde_json::json;
 
 use crate::choices::{Choices, ChosenSize, file_name};
@@ -20,7 +20,7 @@ use crate::error::Error;
 use crate::matching;
 use crate::on_demand;
 use crate::outcome::Outcome;
-use crate::output::{expect_apart, expect_folder_of};
+use crate::output::{expect_apart, expect_each_once, expect_folder_of};
 use crate::parallel::threads;
 use crate::progress;
 use crate::table;
@@ -30,6 +30,7 @@ use crate::terminal::{say, tell};
 pub(crate) fn track(arguments: &cli::Track) -> Result<Outcome, Error> {
     let points = read_points(&arguments.points)?;
     let choice = matching::choice(&arguments.matching)?;
+    expect_each_once(&arguments.recordings)?;
     let options = arguments.reading.options(arguments.frame_rate.rate_hz);
     on_demand::expect_readable(&arguments.recordings, &options)?;
     let left_out = match choice.accuracy_px() {
@@ -95,7 +96,7 @@ pub(crate) fn track(arguments: &cli::Track) -> Result<Outcome, Error> {
     choices.write_beside(&arguments.out)?;
     left_out.iter().chain(&choices.lines()).for_each(|line| print(line));
     let readings = readings(&done);
-    print(&closing_line(&readings, 0));
+    print(&closing_line(&readings, &[]));
     tell("readings", closing_json(&readings, 0));
     tell("out", json!(arguments.out));
     Ok(outcome)
@@ -142,12 +143,27 @@ impl Job<'_> {
             Some(sensor) => sensor.correct(opened)?,
             None => opened,
         };
+        expect_reference(recording.as_ref(), arguments.reference)?;
         let &Self { points, choice, ref reference, n_threads, .. } = self;
         let tracking = PointTracking { points, choice, reference, n_threads };
         let found = tracking.follow(recording.as_ref(), &self.monitor)?;
         let positions = found.followed.tracks.iter().map(|one| one.track.positions.as_slice());
         let unread = unreadable_frames(recording.as_ref(), positions);
         Ok((found, unread))
+    }
+}
+
+/// Refuses a reference frame that a recording does not have.
+fn expect_reference(recording: &dyn Recording, reference: usize) -> Result<(), Error> {
+    let n_frames = recording.info().n_frames;
+    match reference < n_frames {
+        true => Ok(()),
+        false => {
+            let path = recording.path().display();
+            Err(Error::Argument(format!(
+                "{path}: --reference: expected a frame below {n_frames}, found {reference}"
+            )))
+        }
     }
 }
 
@@ -194,7 +210,7 @@ fn readings(done: &[(&str, Followed)]) -> Vec<PointReadings> {
                 1 => one.track.name.clone(),
                 _ => format!("{} of {recording}", one.track.name),
             };
-            PointReadings::new(name, one.track.positions.iter().map(|found| found.as_ref().ok()))
+            PointReadings::new(name, one.track.positions.iter().map(Result::as_ref))
         };
         tracked.tracks.iter().map(of_track).collect()
     };
