@@ -128,6 +128,18 @@ fn what_is_no_recording_is_named() {
     let path = laboratory.path("trials.csv");
     let message = fail(chainwave().arg("inspect").arg(&path), 2);
     assert!(message.contains("trials.csv") && message.contains(".cine"), "{message}");
+    assert!(message.contains("--raw WxHxBITS"), "pixels without a header are read too: {message}");
+    let message = fail(chainwave().arg("check").arg(laboratory.path("..").join("nowhere.toml")), 2);
+    assert!(message.contains("nowhere.toml"), "{message}");
+    let recordings = laboratory.path("shots");
+    fs::create_dir(&recordings).expect("a folder can be made");
+    let message = fail(chainwave().arg("check").arg(&recordings), 2);
+    assert!(message.contains("found a folder (hint: `chainwave init "), "{message}");
+    let message = fail(chainwave().arg("init").arg(&recordings), 2);
+    assert!(
+        message.contains("found none that can be read (readable formats: ") && message.contains(".cine"),
+        "{message}"
+    );
 }
 
 #[test]
@@ -141,7 +153,10 @@ fn wrong_options_of_track_are_refused() {
     let message = track(&["--shape", "cubist"]);
     assert!(message.contains("cubist") && message.contains("affine"), "{message}");
     let message = track(&["--reference", "120"]);
-    assert!(message.contains("0..120"), "frames count from 0: {message}");
+    let expected = "--reference: expected a frame below 120, found 120";
+    assert!(message.contains(expected), "frames count from 0: {message}");
+    let message = fail(tracking(&points(&folder, POINTS), &out).args([sample(), sample()]), 2);
+    assert!(message.contains("expected each recording once"), "{message}");
     let message = track(&["--jobs", "0"]);
     assert!(message.contains("--jobs"), "{message}");
     let nowhere = folder.path().join("nowhere").join("tracks.csv");

@@ -15,7 +15,7 @@ mod tracks;
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use chainwave_analysis::{FrontSettings, MeasureSettings, Measurement, measure};
+use chainwave_analysis::{FrontSettings, MeasureSettings, Measurement, Missing, measure};
 use chainwave_experiment::{add_unresolved_motion, first_to_leave_rest};
 use chainwave_measurement::{BodyTrack, Observation};
 use chainwave_stitching::{Settings, Stitched, merge, outliers};
@@ -241,6 +241,15 @@ fn print(name: &str, stitched: &Stitched, measurement: &Measurement) {
             velocity.gaps.1,
             1e3 * velocity.residual_m
         ),
+        Err(Missing::TooFewGaps) => {
+            let n_peaks = measurement.fronts.iter().flatten().count();
+            say!(
+                "group velocity: {}: {n_peaks} of {} have a pulse, and 3 that the reflection has not reached are needed (hint: \
+                 chain.first_gap, chain.last_gap and chain.end in the mapping)",
+                Missing::TooFewGaps.as_str(),
+                measurement.fronts.len()
+            );
+        }
         Err(reason) => say!("group velocity: {}", reason.as_str()),
     }
     for warning in &stitched.warnings {

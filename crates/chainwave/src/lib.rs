@@ -43,6 +43,7 @@ mod review;
 mod run;
 mod run_files;
 mod samples;
+mod saturation;
 mod shell;
 mod simulate;
 mod synthesize;

@@ -91,6 +91,7 @@ fn bands(scene: &ChainScene, arguments: &cli::Simulate) -> Result<Outcome, Error
         let summary = json!({ "method": "bands", "wall_s": start.elapsed().as_secs_f64() });
         write_text(path, &format!("{summary:#}\n"))?;
     }
+    say!("wrote {}: {} points of bands", arguments.out.display(), points.len());
     Ok(Outcome::default())
 }
 

@@ -23,6 +23,7 @@ use crate::outcome::Outcome;
 use crate::output::{expect_apart, expect_each_once, expect_folder_of};
 use crate::parallel::threads;
 use crate::progress;
+use crate::saturation::saturation;
 use crate::table;
 use crate::terminal::{say, tell};
 
@@ -146,7 +147,8 @@ impl Job<'_> {
         expect_reference(recording.as_ref(), arguments.reference)?;
         let &Self { points, choice, ref reference, n_threads, .. } = self;
         let tracking = PointTracking { points, choice, reference, n_threads };
-        let found = tracking.follow(recording.as_ref(), &self.monitor)?;
+        let mut found = tracking.follow(recording.as_ref(), &self.monitor)?;
+        found.notes.extend(saturation(recording.as_ref()));
         let positions = found.followed.tracks.iter().map(|one| one.track.positions.as_slice());
         let unread = unreadable_frames(recording.as_ref(), positions);
         Ok((found, unread))

@@ -22,7 +22,8 @@ pub(crate) struct Track {
     /// Table to write (.csv, .parquet or .mat).
     #[arg(long, value_name = "FILE")]
     pub(crate) out: PathBuf,
-    /// Figure of displacement over time, by its file name without extension: .svg and .png are written.
+    /// Figure of displacement over time, by its file name without extension: .svg, .png, its numbers as .csv, and .cbor, from which it can be
+    /// drawn again, are written.
     #[arg(long, value_name = "STEM")]
     pub(crate) picture: Option<PathBuf>,
     /// Reference frame, from 0.
@@ -44,16 +45,16 @@ pub(crate) struct Track {
 /// How images are matched.
 #[derive(Debug, Args)]
 pub(crate) struct Matching {
-    /// Tracking method, e.g. icgn-cubic-affine.
+    /// Tracking method; default: icgn-cubic-affine. A name that is none is answered with all that there are.
     #[arg(long, value_name = "NAME")]
     pub(crate) method: Option<String>,
     /// Fastest method with an error of at most PX, tested on these subsets shifted by known amounts.
     #[arg(long, value_name = "PX", conflicts_with_all = ["method", "interpolation"], allow_negative_numbers = true, value_parser = positive)]
     pub(crate) accuracy: Option<f64>,
-    /// Shape function: translation, rigid, affine or quadratic, or auto: the simplest that the matches do not reject.
+    /// Shape function: translation, rigid, affine or quadratic, or auto: the simplest that the matches do not reject; default: affine.
     #[arg(long, value_name = "NAME", conflicts_with = "method")]
     pub(crate) shape: Option<String>,
-    /// Interpolation of the deformed image: linear, cubic, cubic-moms, quintic or quintic-moms.
+    /// Interpolation of the deformed image: linear, cubic, cubic-moms, quintic or quintic-moms; default: cubic.
     #[arg(long, value_name = "NAME", conflicts_with = "method")]
     pub(crate) interpolation: Option<String>,
 }

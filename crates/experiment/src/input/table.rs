@@ -263,7 +263,10 @@ fn unequal(
     Error::Cell {
         path: path.to_owned(),
         place: format!("line {line}"),
-        expected: format!("{expected} cells, as in line {header_line}"),
+        expected: format!(
+            "{expected} cell{}, as in line {header_line}",
+            if expected == 1 { "" } else { "s" }
+        ),
         found: format!("{found}{hint}"),
     }
 }
