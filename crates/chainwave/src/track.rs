@@ -31,7 +31,6 @@ use crate::terminal::{say, tell};
 pub(crate) fn track(arguments: &cli::Track) -> Result<Outcome, Error> {
     let points = read_points(&arguments.points)?;
     let choice = matching::choice(&arguments.matching)?;
-    expect_each_once(&arguments.recordings)?;
     let options = arguments.reading.options(arguments.frame_rate.rate_hz);
     on_demand::expect_readable(&arguments.recordings, &options)?;
     let left_out = match choice.accuracy_px() {
@@ -112,9 +111,10 @@ fn draw(stem: &Path, done: &[(&str, Followed)]) -> Result<(), Error> {
     Ok(chainwave_figures::tracks(stem, &moved)?)
 }
 
-/// Refuses a table or a picture in the place of another, or of a file that is read.
+/// Refuses a recording that is named twice, and a table or a picture in the place of another, or of a file that is read.
 fn expect_files_apart(arguments: &cli::Track) -> Result<(), Error> {
     let cli::Track { recordings, points, out, picture, sensor, .. } = arguments;
+    expect_each_once(recordings)?;
     let of_sensor = [&sensor.dark, &sensor.flat].into_iter().flatten();
     let read: Vec<&Path> = recordings.iter().chain([points]).chain(of_sensor).map(PathBuf::as_path).collect();
     let drawn = picture.iter().flat_map(|stem| chainwave_figures::files_of(stem));
