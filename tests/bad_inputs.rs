@@ -174,6 +174,8 @@ fn a_wrong_table_of_points_is_refused_at_its_cell() {
         assert!(message.contains("points.csv") && message.contains(place), "expected {place}: {message}");
     }
     assert!(!out.exists(), "nothing could be done");
+    let square = points(&folder, "name,x_px,y_px,half_width_px\n1,25,19.5,11\n");
+    assert!(succeed(tracking(&square, &out).arg(sample())).contains("120 of 120 readings ok"));
 }
 
 #[test]

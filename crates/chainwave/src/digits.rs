@@ -31,7 +31,7 @@ mod tests {
     fn an_uncertainty_has_two_digits() {
         assert_eq!([12.3, 0.99, 0.0123, 4e-8].map(decimals), [0, 2, 3, 9]);
         assert_eq!([0.0, f64::NAN].map(decimals), [5, 5]);
-        assert_eq!(with_sigma(Estimate::new(42_001.3412, 2.7521)), "42001.3 +- 2.8");
+        assert_eq!(with_sigma(Estimate::new(42_001.34, 2.7521)), "42001.3 +- 2.8");
         assert_eq!(with_sigma(Estimate::new(0.042, 2.1e-6)), "0.0420000 +- 0.0000021");
     }
 

@@ -16,7 +16,7 @@ pub(crate) struct Track {
     pub(crate) recordings: Vec<PathBuf>,
     /// Table of points: name,x_px,y_px,half_width_px,half_height_px in the reference frame. If both half sizes are empty or left out, the
     /// smallest subset is chosen that keeps the noise within --accuracy (0.01 px unless given) and that no other place resembles by chance;
-    /// the frame and neighbouring points limit it. If one is empty, the subset is a square.
+    /// the frame and neighbouring points limit it. If one is empty or left out, the subset is a square.
     #[arg(long, value_name = "FILE")]
     pub(crate) points: PathBuf,
     /// Table to write (.csv, .parquet or .mat).
