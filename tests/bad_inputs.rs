@@ -42,10 +42,15 @@ const WRONG_CELLS: [(&str, &str, &str); 7] = [
 const POINTS: &str = "name,x_px,y_px,half_width_px,half_height_px\n1,25,19.5,11,11\n2,100,19.5,11,11\n";
 
 /// A wrong table of points, and what the message names.
-const WRONG_POINTS: [(&str, &str); 5] = [
+const WRONG_POINTS: [(&str, &str); 7] = [
     ("name,x_px,y_px,half_width_px,half_height_px\n1,30,mid,11,11\n", "line 2, column y_px"),
     ("name,x_px,y_px,half_width_px,half_height_px\n1,30,23.5,11,11.5\n", "line 2, column half_height_px"),
-    ("name,x_px,y_px,half_width_px\n1,30,23.5,11\n", "half_height_px"),
+    ("name,x_px,y_px,half_width_px,half_hight_px\n1,30,23.5,11,11\n", "half_height_px"),
+    ("name,x_px,y_px\n,30,23.5\n", "line 2, column name: expected a name, found nothing"),
+    (
+        "name,x_px,y_px,half_width_px,half_height_px\n1,30,23.5,1e300,11\n",
+        "a whole number from 0 to 999999, or nothing, found 1e300",
+    ),
     ("name,x_px,y_px,half_width_px,half_height_px\n", "at least one point"),
     (
         "name,x_px,y_px,half_width_px,half_height_px\n1,25,19.5,11,11\n1,100,19.5,11,11\n",
@@ -123,6 +128,18 @@ fn what_is_no_recording_is_named() {
     let path = laboratory.path("trials.csv");
     let message = fail(chainwave().arg("inspect").arg(&path), 2);
     assert!(message.contains("trials.csv") && message.contains(".cine"), "{message}");
+    assert!(message.contains("--raw WxHxBITS"), "pixels without a header are read too: {message}");
+    let message = fail(chainwave().arg("check").arg(laboratory.path("..").join("nowhere.toml")), 2);
+    assert!(message.contains("nowhere.toml"), "{message}");
+    let recordings = laboratory.path("shots");
+    fs::create_dir(&recordings).expect("a folder can be made");
+    let message = fail(chainwave().arg("check").arg(&recordings), 2);
+    assert!(message.contains("found a folder (hint: `chainwave init "), "{message}");
+    let message = fail(chainwave().arg("init").arg(&recordings), 2);
+    assert!(
+        message.contains("found none that can be read (readable formats: ") && message.contains(".cine"),
+        "{message}"
+    );
 }
 
 #[test]
@@ -136,7 +153,10 @@ fn wrong_options_of_track_are_refused() {
     let message = track(&["--shape", "cubist"]);
     assert!(message.contains("cubist") && message.contains("affine"), "{message}");
     let message = track(&["--reference", "120"]);
-    assert!(message.contains("0..120"), "frames count from 0: {message}");
+    let expected = "--reference: expected a frame below 120, found 120";
+    assert!(message.contains(expected), "frames count from 0: {message}");
+    let message = fail(tracking(&points(&folder, POINTS), &out).args([sample(), sample()]), 2);
+    assert!(message.contains("expected each recording once"), "{message}");
     let message = track(&["--jobs", "0"]);
     assert!(message.contains("--jobs"), "{message}");
     let nowhere = folder.path().join("nowhere").join("tracks.csv");
@@ -154,6 +174,8 @@ fn a_wrong_table_of_points_is_refused_at_its_cell() {
         assert!(message.contains("points.csv") && message.contains(place), "expected {place}: {message}");
     }
     assert!(!out.exists(), "nothing could be done");
+    let square = points(&folder, "name,x_px,y_px,half_width_px\n1,25,19.5,11\n");
+    assert!(succeed(tracking(&square, &out).arg(sample())).contains("120 of 120 readings ok"));
 }
 
 #[test]

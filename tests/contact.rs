@@ -34,6 +34,14 @@ fn the_sample_curves_law_is_found() {
         assert!(sigma < known_to * value, "{name} = {value} +- {sigma}");
     }
     assert_eq!(found["law"].as_str(), Some("power"));
+    let mut again = chainwave();
+    again.arg("contact").arg(root().join("data-samples/hec-compression.csv"));
+    let said = succeed(again.arg("--out").arg(folder.path().join("again.toml")));
+    let open = found["cannot_tell_apart"][0].as_str().expect("a sentence");
+    assert!(
+        said.contains("k_0_n_per_m = ") && said.contains(open),
+        "the law and what it leaves open: {said}"
+    );
     let rms_n = found["residual"]["rms_n"].as_float().expect("a residual");
     // 401 readings with a noise of 5 mN: 3.5 %, taken four times.
     assert!((rms_n / 5e-3 - 1.0).abs() < 0.14, "{rms_n}");

@@ -106,7 +106,7 @@ mod slow {
         changed("half_width_px = ", "half_width_px = 1");
         let told = explained();
         assert!(
-            told.contains("tracks: 0 of 15 recordings kept") && told.contains("has another subsets"),
+            told.contains("tracks: 0 of 15 recordings kept") && told.contains("differs in subsets"),
             "{told}"
         );
     }

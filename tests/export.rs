@@ -99,6 +99,10 @@ fn what_cannot_be_exported_is_named() {
         fail(chainwave().arg("export").arg(folder.path()).arg("--out").arg(folder.path().join(out)), 2)
     };
     assert!(said("all.mat").contains("a folder with tables (.parquet), found none"));
+    let mut nowhere = chainwave();
+    nowhere.arg("export").arg(folder.path().join("nowhere")).arg("--out").arg(folder.path().join("all.csv"));
+    let missing = fail(&mut nowhere, 2);
+    assert!(missing.contains("nowhere: expected a table or a folder of results, found none"), "{missing}");
     results(folder.path());
     let other = said("all.xlsx");
     assert!(other.contains("ends in .mat") && other.contains("all.xlsx"), "{other}");

@@ -301,7 +301,7 @@ mod slow {
         assert!(explained.contains("15 of 15 recordings kept"), "{explained}");
         fs::write(&dark, dark_picture(61)).expect("it can be written");
         let explained = succeed(evaluation(&recordings, &results).arg("--explain"));
-        assert_eq!(explained.matches("has another sensor correction").count(), 15, "{explained}");
+        assert_eq!(explained.matches("differs in sensor correction").count(), 15, "{explained}");
     }
 
     #[test]

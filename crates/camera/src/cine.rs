@@ -50,6 +50,7 @@ fn open(path: &Path, options: &OpenOptions) -> Opened {
     header.n_images = frames.len() as u32;
     let clock = Clock::of(bytes, &header, &setup, &blocks)?;
     let mut warnings = quirks::warnings(bytes, &header, &setup, &layout, &blocks, &frames);
+    warnings.extend(clock.unused_rate(options));
     warnings.extend(clock.warnings);
     warnings.extend(cut);
     warnings.extend(layout.take_stored_depth(bytes, frames[0]));

@@ -4,6 +4,9 @@ use std::path::PathBuf;
 
 use chainwave_measurement::ReadError;
 
+/// Video that a library has to decode, as [`CameraError::NeedsOpenCv`] names it.
+pub(crate) const VIDEO: &str = "video";
+
 /// Why a recording could not be opened, surveyed or calibrated.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -73,7 +76,7 @@ pub enum CameraError {
         hint: String,
     },
     /// Something that OpenCV does, in a program that has brought none ([`crate::register_vision`]).
-    #[error("{}: {what} takes OpenCV, which this program is without (hint: `cargo build --release -p chainwave-opencv` builds the command with it)", path.display())]
+    #[error("{}: {what} takes OpenCV, which this program is without (hint: `cargo build --release -p chainwave-opencv` builds the command with it{})", path.display(), around_opencv(what))]
     NeedsOpenCv {
         /// The recording.
         path: PathBuf,
@@ -141,4 +144,14 @@ pub enum CameraError {
         /// What it said.
         reason: String,
     },
+}
+
+/// How to do without OpenCV, where something else does as well.
+fn around_opencv(what: &str) -> &'static str {
+    match what == VIDEO {
+        true => {
+            "; or `ffmpeg -i FILM -pix_fmt gray FOLDER/f_%05d.png` makes a folder of images, for which --rate-hz states the rate"
+        }
+        false => "",
+    }
 }

@@ -147,6 +147,11 @@ pub fn open_with(path: &Path, options: &OpenOptions) -> Result<Box<dyn Recording
     }
 }
 
+/// What is said of each format that can be read.
+pub fn format_names() -> Vec<&'static str> {
+    FORMATS.iter().map(|format| format.name).collect()
+}
+
 /// The files that a recording consists of: itself; those in a folder, by name, without hidden ones, and behind them the .cih or .cihx beside the
 /// folder; of a Photron recording its header and its pixels, whichever of them was named. A file of no known format, and one of a pair whose other file is missing, is taken for itself alone.
 ///

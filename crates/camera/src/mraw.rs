@@ -42,7 +42,7 @@ fn open(path: &Path, options: &OpenOptions) -> Opened {
     let map = map_file(&pixel_path)?;
     let bytes = Bytes::new(&pixel_path, &map);
     let levels = StoredLevels::of(bytes, &header)?;
-    let mut warnings = contradictions(bytes, &header, &levels);
+    let mut warnings = contradictions(bytes, &header, &levels, options);
     let (n_frames, cut) = FlatFrames::n_whole(bytes, &levels.raster, 0, header.n_frames, options)?;
     header.n_frames = n_frames;
     warnings.extend(cut);
@@ -108,17 +108,30 @@ fn times(header: &MrawHeader, options: &OpenOptions) -> (f64, Vec<f64>) {
 }
 
 /// What the header says that cannot all be true, or that a reader of the times should know.
-fn contradictions(bytes: Bytes, header: &MrawHeader, levels: &StoredLevels) -> Vec<String> {
-    [step(header), trigger(header), other_length(bytes, header, levels)].into_iter().flatten().collect()
+fn contradictions(
+    bytes: Bytes,
+    header: &MrawHeader,
+    levels: &StoredLevels,
+    options: &OpenOptions,
+) -> Vec<String> {
+    [step(header, options), trigger(header), other_length(bytes, header, levels)]
+        .into_iter()
+        .flatten()
+        .collect()
 }
 
-fn step(header: &MrawHeader) -> Option<String> {
+fn step(header: &MrawHeader, options: &OpenOptions) -> Option<String> {
     let (step, n_frames) = (header.shot.step, header.n_frames as u64);
     let last = n_frames.saturating_sub(1).saturating_mul(step);
     match header.shot.n_recorded {
         Some(n_recorded) if last >= n_recorded => Some(format!(
             "the header contradicts itself: {n_frames} frames, one in {step} saved, cannot come from {n_recorded} \
-             recorded ones; times follow the step and may be wrong by a factor (the option `rate_hz` overrules them)"
+             recorded ones{}",
+            match options.rate_hz {
+                Some(_) => "",
+                None =>
+                    "; times follow the step and may be wrong by a factor (hint: --rate-hz, the frames saved in a second, overrules it)",
+            }
         )),
         _ => (step > 1).then(|| format!("only one frame in {step} was saved")),
     }

@@ -10,6 +10,7 @@ mod player;
 use std::path::Path;
 
 use crate::candidate::Candidate;
+use crate::error::VIDEO;
 use crate::format::{Format, Opened, itself};
 use crate::library::needed;
 use crate::options::OpenOptions;
@@ -63,7 +64,7 @@ fn open(path: &Path, options: &OpenOptions) -> Opened {
         return opened;
     }
     let container = container(&crate::candidate::read_head(path)?).unwrap_or("unknown");
-    player::open(path, container, needed(path, "video")?, options)
+    player::open(path, container, needed(path, VIDEO)?, options)
 }
 
 #[cfg(test)]

@@ -89,6 +89,7 @@ pub(crate) fn archive(arguments: &cli::Archive) -> Result<Outcome, Error> {
     // Of several striker velocities each has its results in a folder of its own.
     let written = fs::metadata(results.join(PROVENANCE)).and_then(|about| about.modified());
     let written = written.map_err(Error::file(&results.join(PROVENANCE), "read"))?;
+    expect_outside(results, out)?;
     expect_new(out)?;
     let mut made = Vec::new();
     for path in files_in(results)? {
@@ -171,6 +172,26 @@ fn provenance(results: &Path) -> Result<Provenance, Error> {
         )));
     }
     Ok(read_toml(&path)?)
+}
+
+/// Refuses a package within the results that it is made from: the next one would hold this one. The results' own folder is refused as one that is
+/// in use.
+fn expect_outside(results: &Path, out: &Path) -> Result<(), Error> {
+    let there = |path: &Path| {
+        let path = if path.as_os_str().is_empty() { Path::new(".") } else { path };
+        path.canonicalize().ok()
+    };
+    let (folder, results_there) = (out.ancestors().find_map(there), there(results));
+    let is_itself = there(out).is_some_and(|out| results_there.as_ref() == Some(&out));
+    match folder.zip(results_there).is_some_and(|(folder, results)| !is_itself && folder.starts_with(results))
+    {
+        true => Err(Error::Argument(format!(
+            "{}: expected a folder outside of the results {}, found one within (hint: a folder beside them)",
+            out.display(),
+            results.display()
+        ))),
+        false => Ok(()),
+    }
 }
 
 /// Makes the folder; one that holds anything is refused, so that nothing is overwritten and nothing foreign is archived.
@@ -401,5 +422,8 @@ mod tests {
         fs::write(folder.path().join("provenance.toml"), text).unwrap();
         let said = refused(arguments(folder.path(), folder.path().to_owned()));
         assert!(said.contains("expected a new or empty folder"), "{said}");
+        let said = refused(arguments(folder.path(), folder.path().join("in/side")));
+        assert!(said.contains("expected a folder outside of the results"), "{said}");
+        assert!(!folder.path().join("in").exists());
     }
 }

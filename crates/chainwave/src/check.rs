@@ -100,10 +100,16 @@ fn checked_setup(whole: &Setup, n_threads: NonZero<usize>) -> Result<Checked, Er
 /// Why none of the recordings can be read, each with its reason.
 fn unread(failed: Vec<FailedRecording>) -> Error {
     let n = failed.len();
-    let mut reasons = failed.into_iter().map(|one| one.error);
+    let is_of_experiment = |error: &ExperimentError| matches!(error, ExperimentError::Configuration { .. });
+    let reasons: Vec<ExperimentError> = failed.into_iter().map(|one| one.error).collect();
+    let mut reasons = reasons.into_iter();
     match (n, reasons.next()) {
         (0, _) | (_, None) => Error::nothing_left("recordings", n),
         (1, Some(reason)) => reason.into(),
+        // The experiment contradicts every one of them, and the first says how.
+        (_, Some(first)) if is_of_experiment(&first) && reasons.as_slice().iter().all(is_of_experiment) => {
+            ExperimentError::Value(format!("{first}; so it is of all {n} recordings")).into()
+        }
         (_, Some(first)) => {
             let reasons: Vec<String> =
                 std::iter::once(first).chain(reasons).map(|reason| reason.to_string()).collect();

@@ -9,6 +9,9 @@ use serde::Serialize;
 use crate::error::Error;
 use crate::output::write_text;
 
+/// Why a field has its step, where its half size was given.
+pub(crate) const BY_HALF_SIZE: &str = "the step that goes with the half size";
+
 /// The choices of one run.
 #[derive(Serialize)]
 pub(crate) struct Choices {
@@ -98,6 +101,9 @@ impl Choices {
         };
         let (half_width, half_height) = (range(|one| one.half_width_px), range(|one| one.half_height_px));
         let step = of_reason().find_map(|one| one.step_px);
+        if let Some(step) = step.filter(|_| reason == BY_HALF_SIZE) {
+            return format!("chosen: step {step} px ({reason} of {half_width} px)");
+        }
         let mut line = match step {
             Some(step) => format!("chosen: half size {half_width} px, step {step} px"),
             None => format!("chosen: half size {half_width} x {half_height} px of {}", self.points(reason)),

@@ -77,7 +77,7 @@ pub(crate) struct Cli {
     /// What to do.
     #[command(subcommand)]
     pub(crate) command: Command,
-    /// Print only errors on standard error; results do not change.
+    /// Write nothing but errors to standard error: no progress, no notes. Standard output and results stay the same.
     #[arg(long, global = true)]
     pub(crate) quiet: bool,
     /// Print one JSON object instead of text.

@@ -1,6 +1,6 @@
 //! The closing line of `track` and `correlate`: how many readings hold, how well, and where it is worst.
 
-use chainwave_measurement::{Estimate, Lost, median};
+use chainwave_measurement::{Lost, Position, median};
 use serde_json::{Value, json};
 
 use crate::error::Error;
@@ -9,6 +9,8 @@ use crate::error::Error;
 pub(crate) struct PointReadings {
     name: String,
     n_readings: usize,
+    /// Why the others do not hold.
+    lost: Vec<Lost>,
     /// Of those that hold, the larger standard uncertainty along either axis.
     sigmas_px: Vec<f64>,
 }
@@ -17,13 +19,15 @@ impl PointReadings {
     /// From each reading's position along x and y, where it holds.
     pub(crate) fn new<'a>(
         name: String,
-        readings: impl Iterator<Item = Option<&'a chainwave_measurement::Position>>,
+        readings: impl Iterator<Item = Result<&'a Position, &'a Lost>>,
     ) -> Self {
-        let mut of_point = Self { name, n_readings: 0, sigmas_px: Vec::new() };
+        let mut of_point = Self { name, n_readings: 0, lost: Vec::new(), sigmas_px: Vec::new() };
         for reading in readings {
             of_point.n_readings += 1;
-            let sigma = |along: Estimate| along.sigma;
-            of_point.sigmas_px.extend(reading.map(|found| sigma(found.x_px).max(sigma(found.y_px))));
+            match reading {
+                Ok(found) => of_point.sigmas_px.push(found.x_px.sigma.max(found.y_px.sigma)),
+                Err(reason) => of_point.lost.push(*reason),
+            }
         }
         of_point
     }
@@ -36,10 +40,10 @@ impl PointReadings {
 }
 
 /// The closing line: readings that hold, their median sigma, and the worst point. Of a field, whose points have one reading each, that is
-/// the one of the largest sigma; `n_lost` more were lost.
-pub(crate) fn closing_line(points: &[PointReadings], n_lost: usize) -> String {
+/// the one of the largest sigma; `more_lost` are the reasons of readings beside these. Behind that stands how often each reason occurs.
+pub(crate) fn closing_line(points: &[PointReadings], more_lost: &[Lost]) -> String {
     let all: Vec<f64> = points.iter().flat_map(|point| &point.sigmas_px).copied().collect();
-    let n_readings = n_lost + points.iter().map(|point| point.n_readings).sum::<usize>();
+    let n_readings = more_lost.len() + points.iter().map(|point| point.n_readings).sum::<usize>();
     let mut line = format!("{} of {n_readings} readings ok", all.len());
     let worst = points.iter().max_by(|a, b| {
         let (a, b) = (a.badness(), b.badness());
@@ -54,7 +58,18 @@ pub(crate) fn closing_line(points: &[PointReadings], n_lost: usize) -> String {
             None => "lost".into(),
         });
     }
+    let lost: Vec<&Lost> = points.iter().flat_map(|point| &point.lost).chain(more_lost).collect();
+    if !lost.is_empty() {
+        line.push_str(&format!("; {} lost: {}", lost.len(), counts(&lost)));
+    }
     line
+}
+
+/// How often each reason occurs.
+fn counts(reasons: &[&Lost]) -> String {
+    let count = |reason: &Lost| reasons.iter().filter(|found| **found == reason).count();
+    let told = Lost::ALL.iter().map(|reason| (count(reason), reason.as_str())).filter(|(n, _)| *n > 0);
+    told.map(|(n, reason)| format!("{n} {reason}")).collect::<Vec<_>>().join(", ")
 }
 
 /// The same as an object: readings, those that hold, and their median sigma.
@@ -68,12 +83,6 @@ pub(crate) fn closing_json(points: &[PointReadings], n_lost: usize) -> Value {
 pub(crate) fn all_lost<'a>(reasons: impl Iterator<Item = &'a Lost>) -> Error {
     let reasons: Vec<&Lost> = reasons.collect();
     let count = |reason: &Lost| reasons.iter().filter(|found| **found == reason).count();
-    let told: Vec<String> = Lost::ALL
-        .iter()
-        .map(|reason| (count(reason), reason.as_str()))
-        .filter(|(n, _)| *n > 0)
-        .map(|(n, reason)| format!("{n} {reason}"))
-        .collect();
     let of_texture = [Lost::NoTexture, Lost::LowCorrelation, Lost::Ambiguous, Lost::NotConverged];
     let hint = match of_texture.iter().any(|reason| count(reason) > 0) {
         true => " (hint: do the points lie on texture, and are the subsets large enough?)",
@@ -82,13 +91,13 @@ pub(crate) fn all_lost<'a>(reasons: impl Iterator<Item = &'a Lost>) -> Error {
     Error::Argument(format!(
         "expected at least one reading that holds, found all {} lost: {}{hint}",
         reasons.len(),
-        told.join(", ")
+        counts(&reasons)
     ))
 }
 
 #[cfg(test)]
 mod tests {
-    use chainwave_measurement::Position;
+    use chainwave_measurement::Estimate;
 
     use super::*;
 
@@ -100,21 +109,24 @@ mod tests {
             zncc: 1.0,
             iterations: 2,
         };
-        let found: Vec<Option<Position>> = sigmas_px.iter().map(|sigma| sigma.map(position)).collect();
-        PointReadings::new(name.into(), found.iter().map(Option::as_ref))
+        let found: Vec<Result<Position, Lost>> =
+            sigmas_px.iter().map(|sigma| sigma.map(position).ok_or(Lost::Ambiguous)).collect();
+        PointReadings::new(name.into(), found.iter().map(Result::as_ref))
     }
 
     #[test]
     fn the_point_that_is_lost_most_often_is_worst_and_then_that_of_the_largest_sigma() {
         let good = readings("good", &[Some(0.001), Some(0.003)]);
         let noisy = readings("noisy", &[Some(0.02)]);
-        let line = closing_line(&[good, noisy], 0);
+        let line = closing_line(&[good, noisy], &[]);
         assert_eq!(line, "3 of 3 readings ok, median sigma 0.0030 px, worst point noisy: 0.0200 px");
         let lost = readings("lost", &[None, Some(0.002)]);
         let noisy = readings("noisy", &[Some(0.02), Some(0.02)]);
-        let line = closing_line(&[noisy, lost], 3);
+        let line = closing_line(&[noisy, lost], &[Lost::NoTexture; 3]);
         assert!(
-            line.starts_with("3 of 7 readings ok") && line.ends_with("lost: 1 of 2 ok, 0.0020 px"),
+            line.starts_with("3 of 7 readings ok")
+                && line
+                    .ends_with("worst point lost: 1 of 2 ok, 0.0020 px; 4 lost: 3 no_texture, 1 ambiguous"),
             "{line}"
         );
     }

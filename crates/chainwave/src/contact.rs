@@ -6,13 +6,16 @@ use chainwave_inference::contact_fit::{
     ContactFit, ContactFitError, Hysteresis, PARAMETERS, Profile, Zero, fit_contact,
 };
 use serde::Serialize;
+use serde_json::json;
 use toml::Table as TomlTable;
 
 use crate::cli;
+use crate::digits::with_sigma;
 use crate::error::Error;
 use crate::outcome::Outcome;
 use crate::output::{expect_apart, expect_ending, expect_folder_of, write_text};
 use crate::table;
+use crate::terminal::{say, tell};
 
 /// What stands above the numbers.
 const HEAD: &str = "\
@@ -83,7 +86,7 @@ struct Branches {
     lost_fraction: Option<f64>,
 }
 
-/// Fits the law and writes it.
+/// Fits the law, writes it, and says what it is.
 pub(crate) fn contact(arguments: &cli::Contact) -> Result<Outcome, Error> {
     expect_apart(&[&arguments.curve], &[("the law", arguments.out.clone())])?;
     expect_ending(&arguments.out, "toml")?;
@@ -93,7 +96,26 @@ pub(crate) fn contact(arguments: &cli::Contact) -> Result<Outcome, Error> {
     let fit = fit_contact(&overlap_m, &force_n, arguments.zero.rule())
         .map_err(|refused| refusal(&arguments.curve, &refused))?;
     write_text(&arguments.out, &text_of(&fit)?)?;
+    print(&arguments.out, &fit);
     Ok(Outcome::default())
+}
+
+/// Says the law with its uncertainties, and what the curve leaves open.
+fn print(out: &Path, fit: &ContactFit) {
+    say!("force = a (overlap + delta_0)^p - f_0, fitted to {} readings:", fit.residual.n_readings);
+    for (name, estimate) in PARAMETERS.iter().zip(&fit.estimates) {
+        say!("  {name} = {}", with_sigma(*estimate));
+    }
+    say!("  residual {:.2e} N (rms), {:.2e} N at most", fit.residual.rms_n, fit.residual.largest_n);
+    say!("what the curve cannot tell apart:");
+    for sentence in &fit.ambiguities {
+        say!("  {sentence}");
+    }
+    say!("wrote {}", out.display());
+    for (name, estimate) in PARAMETERS.into_iter().zip(&fit.estimates) {
+        tell(name, json!({ "value": estimate.value, "sigma": estimate.sigma }));
+    }
+    tell("cannot_tell_apart", json!(fit.ambiguities));
 }
 
 /// The refusal with its file, and the line where there is one.

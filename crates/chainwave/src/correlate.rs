@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use chainwave_correlation::{Field, FieldPoint, Strain};
 use chainwave_experiment::{FieldRequest, FoundField, MethodChoice, SensorFiles, field_table};
 use chainwave_figures::{FieldMap, FieldPanel};
-use chainwave_measurement::{Estimate, Recording};
+use chainwave_measurement::{Estimate, Lost, Recording};
 use ndarray::Array2;
 
-use crate::choices::{Choices, ChosenSize, file_name};
+use crate::choices::{BY_HALF_SIZE, Choices, ChosenSize, file_name};
 use crate::cli;
 use crate::closing_line::{PointReadings, all_lost, closing_json, closing_line};
 use crate::error::Error;
@@ -79,8 +79,7 @@ fn field(
             half_height_px: field.half_px,
             step_px: Some(field.step_px),
             noise_px: settled.map(|settled| settled.floor_px),
-            reason: settled
-                .map_or("the step that goes with the half size".into(), |one| one.reason.to_string()),
+            reason: settled.map_or(BY_HALF_SIZE.into(), |one| one.reason.to_string()),
         }]);
     }
     Ok((field, choices))
@@ -104,7 +103,39 @@ fn open(arguments: &cli::Correlate) -> Result<[Box<dyn Recording>; 2], Error> {
         }
         Ok(recording)
     };
-    Ok([open(&arguments.reference)?, open(&arguments.deformed)?])
+    let images = [open(&arguments.reference)?, open(&arguments.deformed)?];
+    images.iter().filter_map(|image| one_of_many(image.as_ref())).for_each(|line| print(&line));
+    other_size(&images).iter().for_each(|line| print(line));
+    Ok(images)
+}
+
+/// What is said of a recording of several frames, of which one is taken.
+fn one_of_many(image: &dyn Recording) -> Option<String> {
+    let (path, n_frames) = (image.path().display(), image.info().n_frames);
+    (n_frames > 1).then(|| {
+        format!(
+            "note: {path}: the first of its {n_frames} frames is taken (hint: `chainwave inspect {path} --frame K --out FRAME.tif` writes \
+             another one)"
+        )
+    })
+}
+
+/// What is said of images of different sizes: the same place is then another column and row, unless both begin at one corner.
+fn other_size([reference, deformed]: &[Box<dyn Recording>; 2]) -> Option<String> {
+    let size = |image: &dyn Recording| [image.info().width_px, image.info().height_px];
+    let [one, other] = [size(reference.as_ref()), size(deformed.as_ref())];
+    (one != other).then(|| {
+        format!(
+            "warning: {} has {} x {} px and {} has {} x {} px: places are compared from the upper left corner of both (hint: images of one \
+             camera, cut alike)",
+            reference.path().display(),
+            one[0],
+            one[1],
+            deformed.path().display(),
+            other[0],
+            other[1]
+        )
+    })
 }
 
 fn print(line: &str) {
@@ -115,15 +146,16 @@ fn print(line: &str) {
 fn closing(field: &Field) -> Result<String, Error> {
     let found = |point: &FieldPoint| {
         let position = point.found.as_ref().ok()?.position;
-        Some(PointReadings::new(format!("({}, {})", point.x_px, point.y_px), [Some(&position)].into_iter()))
+        Some(PointReadings::new(format!("({}, {})", point.x_px, point.y_px), [Ok(&position)].into_iter()))
     };
     let readings: Vec<PointReadings> = field.points.iter().filter_map(found).collect();
     match readings.is_empty() {
         true => Err(all_lost(field.points.iter().filter_map(|point| point.found.as_ref().err()))),
         false => {
-            let n_lost = field.points.len() - readings.len();
-            tell("readings", closing_json(&readings, n_lost));
-            Ok(closing_line(&readings, n_lost))
+            let lost: Vec<Lost> =
+                field.points.iter().filter_map(|point| point.found.as_ref().err().copied()).collect();
+            tell("readings", closing_json(&readings, lost.len()));
+            Ok(closing_line(&readings, &lost))
         }
     }
 }

@@ -80,6 +80,9 @@ fn hint_of_recording(error: &CameraError) -> &'static str {
         CameraError::Truncated { .. } => {
             " (hint: --partial of inspect, track and run takes the frames of it that are whole)"
         }
+        CameraError::UnknownFormat { found, .. } if found.starts_with("bytes") => {
+            " (hint: --raw WxHxBITS of inspect, track and correlate states the geometry of pixels without a header)"
+        }
         _ => "",
     }
 }

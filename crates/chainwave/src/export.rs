@@ -19,6 +19,12 @@ use chainwave_experiment::read_text;
 /// Writes a table, or all tables of a folder, in the format that the ending of `--out` names.
 pub(crate) fn export(arguments: &cli::Export) -> Result<Outcome, Error> {
     let cli::Export { results, out } = arguments;
+    if !results.exists() {
+        return Err(Error::Argument(format!(
+            "{}: expected a table or a folder of results, found none",
+            results.display()
+        )));
+    }
     if !results.is_dir() {
         expect_apart(&[results], &[("the table", out.clone())])?;
         table::write_frame(out, table::read_frame(results)?)?;
@@ -95,7 +101,7 @@ fn write_csv(results: &Path, tables: &[PathBuf], out: &Path) -> Result<(), Error
     if out.is_file() || out.extension().is_some() && !out.is_dir() {
         let found = out.file_name().unwrap_or_default().to_string_lossy();
         return Err(Error::Argument(format!(
-            "{}: expected of a folder's tables a file that ends in .mat, or a folder for a .csv of each, found {found:?}",
+            "{}: expected a file that ends in .mat for all tables of a folder, or a folder for a .csv of each, found {found:?}",
             out.display()
         )));
     }

@@ -15,7 +15,7 @@ mod tracks;
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use chainwave_analysis::{FrontSettings, MeasureSettings, Measurement, measure};
+use chainwave_analysis::{FrontSettings, MeasureSettings, Measurement, Missing, measure};
 use chainwave_experiment::{add_unresolved_motion, first_to_leave_rest};
 use chainwave_measurement::{BodyTrack, Observation};
 use chainwave_stitching::{Settings, Stitched, merge, outliers};
@@ -28,6 +28,7 @@ use self::program::Program;
 use self::remarks::remarks;
 use self::tracks::{Spot, Track};
 use crate::cli;
+use crate::digits::{counted, with_sigma};
 use crate::error::Error;
 use crate::outcome::Outcome;
 use crate::output::make_folder;
@@ -239,20 +240,28 @@ fn results(stitched: &Stitched, measurement: &Measurement) -> serde_json::Value 
 }
 
 fn print(name: &str, stitched: &Stitched, measurement: &Measurement) {
-    say!("{name}: {} trials", stitched.alignments.len());
+    say!("{name}: {}", counted(stitched.alignments.len(), "trial"));
     let velocity = measurement.group_velocity.as_ref().ok().map(|found| found.velocity_m_per_s);
     tell("n_trials", json!(stitched.alignments.len()));
     tell("group_velocity_m_per_s", json!(velocity.map(|velocity| velocity.value)));
     tell("group_velocity_sigma", json!(velocity.map(|velocity| velocity.sigma)));
     match &measurement.group_velocity {
         Ok(velocity) => say!(
-            "group velocity {:.4} +- {:.4} m/s over gaps {} to {}, rms distance of the peaks from the line {:.2} mm",
-            velocity.velocity_m_per_s.value,
-            velocity.velocity_m_per_s.sigma,
+            "group velocity {} m/s over gaps {} to {}, rms distance of the peaks from the line {:.2} mm",
+            with_sigma(velocity.velocity_m_per_s),
             velocity.gaps.0,
             velocity.gaps.1,
             1e3 * velocity.residual_m
         ),
+        Err(Missing::TooFewGaps) => {
+            let n_peaks = measurement.fronts.iter().flatten().count();
+            say!(
+                "group velocity: {}: {n_peaks} of {} have a pulse, and 3 that the reflection has not reached are needed (hint: \
+                 chain.first_gap, chain.last_gap and chain.end in the mapping)",
+                Missing::TooFewGaps.as_str(),
+                measurement.fronts.len()
+            );
+        }
         Err(reason) => say!("group velocity: {}", reason.as_str()),
     }
     for warning in &stitched.warnings {

@@ -4,6 +4,7 @@ pub(crate) mod draft;
 mod seen;
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
 use chainwave_camera::OpenOptions;
 use chainwave_measurement::median;
@@ -11,6 +12,7 @@ use chainwave_measurement::median;
 use self::draft::{Draft, file_name, first_lines, trials_table};
 pub(crate) use self::seen::SeenInRecording;
 use crate::cli::Init;
+use crate::digits::counted;
 use crate::error::Error;
 use crate::listing::recordings_in;
 use crate::outcome::Outcome;
@@ -35,10 +37,7 @@ pub(crate) fn init(arguments: &Init) -> Result<Outcome, Error> {
     failed.into_iter().for_each(|error| outcome.fail(error));
     let names: Vec<String> = listed.iter().map(|(path, _)| file_name(path)).collect();
     let Some((first, info)) = listed.first() else {
-        return Err(Error::Argument(format!(
-            "{}: expected recordings, found none that can be read",
-            folder.display()
-        )));
+        return Err(without_recordings(folder));
     };
     let seen = SeenInRecording::of(first);
     let known = BTreeMap::new();
@@ -50,7 +49,8 @@ pub(crate) fn init(arguments: &Init) -> Result<Outcome, Error> {
     };
     write_text(&trials_path, &trials_table(&names, None))?;
     write_text(&experiment_path, &draft.text())?;
-    say!("{} recordings; wrote {} and {}", names.len(), experiment_path.display(), trials_path.display());
+    let n_recordings = counted(names.len(), "recording");
+    say!("{n_recordings}; wrote {} and {}", experiment_path.display(), trials_path.display());
     match &seen {
         Ok(seen) => {
             let stem = folder.join("markers");
@@ -70,6 +70,25 @@ pub(crate) fn init(arguments: &Init) -> Result<Outcome, Error> {
     Ok(outcome)
 }
 
+/// Why there is nothing to begin with: a folder of images is itself a recording, and what else there is cannot be read.
+fn without_recordings(folder: &Path) -> Error {
+    let found = match chainwave_camera::open(folder) {
+        Ok(recording) => {
+            let n_images = counted(recording.info().n_frames, "image");
+            format!(
+                "found one recording of {n_images}, which is the folder itself (hint: name the folder above it)"
+            )
+        }
+        Err(_) => {
+            format!(
+                "found none that can be read (readable formats: {})",
+                chainwave_camera::format_names().join("; ")
+            )
+        }
+    };
+    Error::Argument(format!("{}: expected recordings in the folder, {found}", folder.display()))
+}
+
 /// What was found, in a sentence.
 fn in_words(recording: &str, seen: &SeenInRecording) -> String {
     let n = seen.row.markers.len();
@@ -81,5 +100,5 @@ fn in_words(recording: &str, seen: &SeenInRecording) -> String {
         seen.row.markers.iter().filter_map(|marker| Some(marker.sigma_px.as_ref().ok()?[0])).collect();
     let sigma =
         median(sigmas).map_or_else(String::new, |sigma_px| format!(", each read to {sigma_px:.4} px or so"));
-    format!("{recording} shows {n} markers{pitch}{sigma}")
+    format!("{recording} shows {}{pitch}{sigma}", counted(n, "marker"))
 }

@@ -103,6 +103,18 @@ pub(crate) fn expect_apart_from_recordings(
     Ok(())
 }
 
+/// Refuses an input that is named twice: its results would stand twice in a table, and nothing would tell them apart.
+pub(crate) fn expect_each_once(inputs: &[PathBuf]) -> Result<(), Error> {
+    let places: Vec<PathBuf> = inputs.iter().map(|path| place(path)).collect();
+    match (1..places.len()).find(|at| places[..*at].contains(&places[*at])) {
+        None => Ok(()),
+        Some(at) => Err(Error::Argument(format!(
+            "{}: expected each recording once, found it twice",
+            inputs[at].display()
+        ))),
+    }
+}
+
 /// A path by which files can be told apart, of files that are there and of those that are not yet.
 fn place(path: &Path) -> PathBuf {
     if let Ok(known) = path.canonicalize() {

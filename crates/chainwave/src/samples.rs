@@ -16,6 +16,7 @@ use crate::error::Error;
 use crate::outcome::Outcome;
 use crate::output::{make_folder, write_text};
 use crate::table::{self, column};
+use crate::terminal::say;
 
 /// What lies beside a sample, in the file named after it with `.toml` behind.
 #[derive(Serialize)]
@@ -155,5 +156,7 @@ fn write_sidecar(path: &Path, what: &str, recording: Option<RecordingFacts>) -> 
     // What speaks of `NAME.EXT` stands in `NAME.EXT.toml`, so that two samples may share a stem.
     let mut name = path.as_os_str().to_owned();
     name.push(".toml");
-    write_text(Path::new(&name), &text)
+    write_text(Path::new(&name), &text)?;
+    say!("wrote {} ({} bytes): {}", path.display(), sidecar.size_bytes, sidecar.what);
+    Ok(())
 }

@@ -16,6 +16,7 @@ use crate::error::Error;
 use crate::outcome::Outcome;
 use crate::output::{expect_apart, expect_folder_of, write_text};
 use crate::table::{self, column};
+use crate::terminal::say;
 pub(crate) use ring::{is_ring_scene, ring_scene};
 
 /// Simulates a scene and writes the motion, and a summary where that is asked; or, with several striker velocities, each
@@ -49,6 +50,15 @@ pub(crate) fn simulate(arguments: &cli::Simulate) -> Result<Outcome, Error> {
     if let Some(path) = &arguments.summary {
         write_summary(path, &simulation, wall_s)?;
     }
+    say!(
+        "wrote {}: {} bodies at {} times; {} steps by {}, energy drift {:.1e}",
+        arguments.out.display(),
+        simulation.trajectory.displacement_m.nrows(),
+        simulation.trajectory.times_s.len(),
+        simulation.steps,
+        simulation.method,
+        simulation.energy_drift
+    );
     Ok(Outcome::default())
 }
 
@@ -81,6 +91,7 @@ fn bands(scene: &ChainScene, arguments: &cli::Simulate) -> Result<Outcome, Error
         let summary = json!({ "method": "bands", "wall_s": start.elapsed().as_secs_f64() });
         write_text(path, &format!("{summary:#}\n"))?;
     }
+    say!("wrote {}: {} points of bands", arguments.out.display(), points.len());
     Ok(Outcome::default())
 }
 

@@ -10,7 +10,7 @@ use chainwave_experiment::{
     PointTracking, SensorFiles, TrackRows, threads_of_each, unreadable_frames,
 };
 use chainwave_figures::PointMotion;
-use chainwave_measurement::{Estimate, Lost, Position, Subset, map_in_parallel};
+use chainwave_measurement::{Estimate, Lost, Position, Recording, Subset, map_in_parallel};
 use serde_json::json;
 
 use crate::choices::{Choices, ChosenSize, file_name};
@@ -20,9 +20,10 @@ use crate::error::Error;
 use crate::matching;
 use crate::on_demand;
 use crate::outcome::Outcome;
-use crate::output::{expect_apart, expect_folder_of};
+use crate::output::{expect_apart, expect_each_once, expect_folder_of};
 use crate::parallel::threads;
 use crate::progress;
+use crate::saturation::saturation;
 use crate::table;
 use crate::terminal::{say, tell};
 
@@ -76,7 +77,7 @@ pub(crate) fn track(arguments: &cli::Track) -> Result<Outcome, Error> {
     choices.write_beside(&arguments.out)?;
     left_out.iter().chain(&choices.lines()).for_each(|line| print(line));
     let readings = readings(&done);
-    print(&closing_line(&readings, 0));
+    print(&closing_line(&readings, &[]));
     tell("readings", closing_json(&readings, 0));
     tell("out", json!(arguments.out));
     Ok(outcome)
@@ -126,9 +127,10 @@ fn draw(stem: &Path, done: &[(&str, Followed)]) -> Result<(), Error> {
     Ok(chainwave_figures::tracks(stem, &moved)?)
 }
 
-/// Refuses a table or a picture in the place of another, or of a file that is read.
+/// Refuses a recording that is named twice, and a table or a picture in the place of another, or of a file that is read.
 fn expect_files_apart(arguments: &cli::Track) -> Result<(), Error> {
     let cli::Track { recordings, points, out, picture, sensor, .. } = arguments;
+    expect_each_once(recordings)?;
     let of_sensor = [&sensor.dark, &sensor.flat].into_iter().flatten();
     let read: Vec<&Path> = recordings.iter().chain([points]).chain(of_sensor).map(PathBuf::as_path).collect();
     let drawn = picture.iter().flat_map(|stem| chainwave_figures::files_of(stem));
@@ -165,12 +167,28 @@ impl Job<'_> {
             Some(sensor) => sensor.correct(opened)?,
             None => opened,
         };
+        expect_reference(recording.as_ref(), arguments.reference)?;
         let &Self { points, choice, ref reference, n_threads, .. } = self;
         let tracking = PointTracking { points, choice, reference, n_threads };
-        let found = tracking.follow(recording.as_ref(), &self.monitor)?;
+        let mut found = tracking.follow(recording.as_ref(), &self.monitor)?;
+        found.notes.extend(saturation(recording.as_ref()));
         let positions = found.followed.tracks.iter().map(|one| one.track.positions.as_slice());
         let unread = unreadable_frames(recording.as_ref(), positions);
         Ok(Carried { found, unread })
+    }
+}
+
+/// Refuses a reference frame that a recording does not have.
+fn expect_reference(recording: &dyn Recording, reference: usize) -> Result<(), Error> {
+    let n_frames = recording.info().n_frames;
+    match reference < n_frames {
+        true => Ok(()),
+        false => {
+            let path = recording.path().display();
+            Err(Error::Argument(format!(
+                "{path}: --reference: expected a frame below {n_frames}, found {reference}"
+            )))
+        }
     }
 }
 
@@ -217,7 +235,7 @@ fn readings(done: &[(&str, Followed)]) -> Vec<PointReadings> {
                 1 => one.track.name.clone(),
                 _ => format!("{} of {recording}", one.track.name),
             };
-            PointReadings::new(name, one.track.positions.iter().map(|found| found.as_ref().ok()))
+            PointReadings::new(name, one.track.positions.iter().map(Result::as_ref))
         };
         tracked.tracks.iter().map(of_track).collect()
     };

@@ -55,7 +55,7 @@ pub use self::true_chain::TrueChain;
 use crate::error::Error;
 use crate::input::numbers::{NotNegative, Positive};
 use crate::input::table::Table;
-use crate::input::text_file::{parse_toml, read_text};
+use crate::input::text_file::{a_folder_of_recordings, parse_toml, read_text};
 
 /// An experiment: one chain, filmed in several views and trials.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -242,6 +242,9 @@ impl Experiment {
 
     /// Reads `experiment.toml`; an error points at the line.
     pub fn read(path: &Path) -> Result<Self, Error> {
+        if path.is_dir() {
+            return Err(a_folder_of_recordings(path));
+        }
         Self::parse(path, &read_text(path)?)
     }
 

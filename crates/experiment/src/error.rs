@@ -58,10 +58,10 @@ pub enum Error {
     /// A store of tracks that cannot be read or written.
     #[error("{0}")]
     Store(Box<dyn std::error::Error + Send + Sync>),
-    /// The caller asked to stop; what was tracked by then is kept.
-    #[error("stopped: {n_done} of {n} recordings are tracked and kept")]
+    /// The caller asked to stop; what was tracked or filmed by then is kept.
+    #[error("stopped{}: what was finished is kept", after(*n_done, *n))]
     Cancelled {
-        /// Recordings whose tracks are kept.
+        /// Recordings that were gone through; none where that is not known.
         n_done: usize,
         /// Recordings in all.
         n: usize,
@@ -97,5 +97,13 @@ impl Error {
     pub(crate) fn file(path: &Path, action: &'static str) -> impl FnOnce(std::io::Error) -> Self {
         let path = path.to_owned();
         move |source| Self::File { path, action, source }
+    }
+}
+
+/// How far something went before it was stopped, where that is known.
+fn after(n_done: usize, n: usize) -> String {
+    match n_done {
+        0 => String::new(),
+        n_done => format!(" after {n_done} of {n} recordings"),
     }
 }

@@ -305,7 +305,7 @@ mod tests {
         unsettled.left = Some(course.left(1e-3, 0.05));
         let (unsettled, _) = unsettled.ungauged().trimmed().unwrap().stitched().unwrap();
         assert_eq!(unsettled.unsettled.map(|one| one.offset_change_s), Some(1e-3));
-        assert!(unsettled.warnings[0].contains("not settled after 1 rounds"), "{:?}", unsettled.warnings);
+        assert!(unsettled.warnings[0].contains("not settled after 1 round:"), "{:?}", unsettled.warnings);
         let k = unsettled.motion.modes.sources().position(|one| *one == ErrorSource::Unsettled).unwrap();
         let mode_m = unsettled.motion.modes.displacement_m(k, unsettled.motion.displacement_m.dim());
         // All triggers may be a frame off for as many rounds again, while the body moves with a velocity of 6 t.

@@ -93,9 +93,10 @@ impl fmt::Display for Unsettled {
         };
         write!(
             f,
-            "the alignment {what} had not settled after {} rounds: the last one moved triggers by up to {:.2} us and drives by up to \
-             {:.3} %",
+            "the alignment {what} had not settled after {} round{}: the last one moved triggers by up to {:.1e} us and drives by up to \
+             {:.1e} %",
             self.rounds,
+            if self.rounds == 1 { "" } else { "s" },
             1e6 * self.offset_change_s,
             100.0 * self.drive_change
         )

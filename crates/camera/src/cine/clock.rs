@@ -6,6 +6,7 @@ use super::setup::Setup;
 use crate::bytes::Bytes;
 use crate::error::CameraError;
 use crate::name_list::first_names;
+use crate::options::OpenOptions;
 
 /// The two lowest bits of a time stamp say how the clock was synchronised.
 const STAMP_FLAGS: u64 = 0b11;
@@ -83,6 +84,16 @@ impl Clock {
         let warning =
             format!("{reason}: times are image number / {rate_hz} Hz, the rate that the header states");
         Self { times_s, rate_hz: Some(rate_hz), warnings: vec![warning] }
+    }
+}
+
+impl Clock {
+    /// What is to be said of a rate that the caller gave, and that the file contradicts: its own clock wins.
+    pub(super) fn unused_rate(&self, options: &OpenOptions) -> Option<String> {
+        let (given_hz, own_hz) = (options.rate_hz?, self.rate_hz?);
+        ((given_hz / own_hz - 1.0).abs() > RATE_TOLERANCE).then(|| {
+            format!("the given rate of {given_hz} Hz is not used: the file's own clock says {own_hz:.3} Hz")
+        })
     }
 }
 

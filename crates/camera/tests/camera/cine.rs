@@ -1,6 +1,6 @@
 //! Files of known content, read back.
 
-use chainwave_camera::{CameraError, open};
+use chainwave_camera::{CameraError, OpenOptions, open, open_with};
 use chainwave_measurement::{ReadError, Recording, Region};
 
 use crate::common::{frame, has_warning};
@@ -218,6 +218,20 @@ fn a_decimated_recording_warns_that_its_header_states_another_rate() {
     for part in ["states 1000 Hz", "one image in 10", "companded to 10 bits"] {
         assert!(has_warning(&*recording, part), "{part}: {:?}", recording.info().warnings);
     }
+}
+
+#[test]
+fn a_given_rate_that_the_files_clock_contradicts_is_not_used_and_that_is_said() {
+    let n = 20;
+    let frames = vec![codes(64, 4095, 1); n];
+    let file = CineFile { frames, stamps: Some(stamps(-1, n, 5_000.0)), ..CineFile::default() };
+    let (_folder, path) = file.write();
+    let at = |rate_hz| {
+        open_with(&path, &OpenOptions { rate_hz: Some(rate_hz), ..OpenOptions::default() }).unwrap()
+    };
+    let told = "the given rate of 1000 Hz is not used";
+    assert!(has_warning(&*at(1_000.0), told) && !has_warning(&*at(5_000.0), "is not used"));
+    assert!((at(1_000.0).info().rate_hz.unwrap() - 5_000.0).abs() < 1e-3);
 }
 
 #[test]

@@ -10,6 +10,8 @@ use crate::writer::{CineFile, written};
 fn videos_and_boards_name_what_they_take() {
     let (_folder, path) = written(b"RIFF\x40\0\0\0AVI LIST and what follows");
     assert!(matches!(open(&path), Err(CameraError::NeedsOpenCv { path: named, .. }) if named == path));
+    let told = open(&path).err().unwrap().to_string();
+    assert!(told.contains("-p chainwave-opencv") && told.contains("ffmpeg -i FILM"), "{told}");
     let picture = MemoryRecording::new(64, 8, vec![vec![0.0; 64 * 64]]);
     assert!(matches!(find_corners(&picture, 0, &board()), Err(CameraError::NeedsOpenCv { .. })));
 }

@@ -11,9 +11,9 @@ use super::track::Matching;
 /// Arguments of `correlate`.
 #[derive(Debug, Args)]
 pub(crate) struct Correlate {
-    /// The reference image.
+    /// The reference image; of a recording, its first frame.
     pub(crate) reference: PathBuf,
-    /// The deformed image.
+    /// The deformed image; of a recording, its first frame (`chainwave inspect` with --frame and --out writes any other).
     pub(crate) deformed: PathBuf,
     /// Pixels from one point to the next; default: half of --half-size.
     #[arg(long, value_name = "PX", value_parser = clap::value_parser!(u16).range(1..))]
@@ -22,7 +22,8 @@ pub(crate) struct Correlate {
     /// and that no other place resembles by chance; smaller where the field bends.
     #[arg(long, value_name = "PX", value_parser = clap::value_parser!(u16).range(2..=500))]
     pub(crate) half_size: Option<u16>,
-    /// Table to write (.csv, .parquet or .mat); figures of the field are written beside it (.svg and .png).
+    /// Table to write (.csv, .parquet or .mat); figures of the field are written beside it (.svg and .png, and .cbor, from
+    /// which they can be drawn again).
     #[arg(long, value_name = "FILE")]
     pub(crate) out: PathBuf,
     #[command(flatten)]

@@ -17,13 +17,14 @@ pub(crate) struct Track {
     pub(crate) recordings: Vec<PathBuf>,
     /// Table of points: name,x_px,y_px,half_width_px,half_height_px in the reference frame. If both half sizes are empty or left out, the
     /// smallest subset is chosen that keeps the noise within --accuracy (0.01 px unless given) and that no other place resembles by chance;
-    /// the frame and neighbouring points limit it. If one is empty, the subset is a square.
+    /// the frame and neighbouring points limit it. If one is empty or left out, the subset is a square.
     #[arg(long, value_name = "FILE")]
     pub(crate) points: PathBuf,
     /// Table to write (.csv, .parquet or .mat).
     #[arg(long, value_name = "FILE")]
     pub(crate) out: PathBuf,
-    /// Figure of displacement over time, by its file name without extension: .svg and .png are written.
+    /// Figure of displacement over time, by its file name without extension: .svg, .png, its numbers as .csv, and .cbor, from which it can be
+    /// drawn again, are written.
     #[arg(long, value_name = "STEM")]
     pub(crate) picture: Option<PathBuf>,
     /// Reference frame, from 0.
@@ -45,16 +46,16 @@ pub(crate) struct Track {
 /// How images are matched.
 #[derive(Debug, Args)]
 pub(crate) struct Matching {
-    /// Tracking method, e.g. icgn-cubic-affine.
+    /// Tracking method; default: icgn-cubic-affine. A name that is none is answered with all that there are.
     #[arg(long, value_name = "NAME")]
     pub(crate) method: Option<Method>,
     /// Fastest method with an error of at most PX, tested on these subsets shifted by known amounts.
     #[arg(long, value_name = "PX", conflicts_with_all = ["method", "interpolation"], allow_negative_numbers = true, value_parser = positive)]
     pub(crate) accuracy: Option<f64>,
-    /// Shape function: translation, rigid, affine or quadratic, or auto: the simplest that the matches do not reject.
+    /// Shape function: translation, rigid, affine or quadratic, or auto: the simplest that the matches do not reject; default: affine.
     #[arg(long, value_name = "NAME", conflicts_with = "method")]
     pub(crate) shape: Option<ShapeChoice>,
-    /// Interpolation of the deformed image: linear, cubic, cubic-moms, quintic or quintic-moms.
+    /// Interpolation of the deformed image: linear, cubic, cubic-moms, quintic or quintic-moms; default: cubic.
     #[arg(long, value_name = "NAME", conflicts_with = "method")]
     pub(crate) interpolation: Option<Interpolation>,
 }

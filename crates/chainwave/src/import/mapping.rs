@@ -212,6 +212,14 @@ impl Mapping {
                 "chain.last_gap: expected a gap behind first_gap = {first_gap}, to {n_gaps} at most, found {last}"
             ));
         }
+        let places = [
+            ("displacement.first", self.displacement.first),
+            ("sigma.series.first", self.sigma.series.as_ref().map(|series| series.first)),
+            ("time.at", self.time.at),
+        ];
+        if let Some((key, _)) = places.into_iter().find(|(_, place)| *place == Some(0)) {
+            return Err(format!("{key}: expected a column (or line) from 1, found 0"));
+        }
         let of_sigma = self.sigma.series.as_ref().map(|series| ("sigma.step", series.step));
         for (key, step) in [("displacement.step", self.displacement.step)].into_iter().chain(of_sigma) {
             if step == 0 {

@@ -40,12 +40,14 @@ impl Numbers {
                     _ if cell.is_empty() => Ok(None),
                     Ok(value) if value.is_nan() => Ok(None),
                     Ok(value) if value.is_finite() => Ok(Some(value)),
-                    _ => Err(Error::place(
-                        path,
-                        &format!("line {}, column {}", index + 1, column + 1),
-                        "a number (hint: layout.head_lines and layout.separator)",
-                        &format!("{cell:?}"),
-                    )),
+                    parsed => {
+                        let place = format!("line {}, column {}", index + 1, column + 1);
+                        let expected = match parsed {
+                            Ok(_infinite) => "a finite number, or none where it is lost",
+                            Err(_) => "a number (hint: layout.head_lines and layout.separator)",
+                        };
+                        Err(Error::place(path, &place, expected, &format!("{cell:?}")))
+                    }
                 }
             };
             if !line.trim().is_empty() {

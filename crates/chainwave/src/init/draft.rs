@@ -155,7 +155,7 @@ impl Draft<'_> {
                 "rate_hz = FILL_IN                 # frames per second, which the recordings do not state\n",
             ),
         };
-        format!(
+        with_aligned_comments(&format!(
             "# The first recording: {format}, {width} x {height} px, {bits} bit, {n} frames {span}.
 # FILL_IN marks what only you know. SI units.
 name = {name}
@@ -199,6 +199,52 @@ rest_until_s = {rest}
             a = known("a"),
             delta_0_m = known("delta_0_m"),
             p = known("p"),
-        )
+        ))
+    }
+}
+
+/// Spaces between the longest line of a paragraph and its comment.
+const BEFORE_COMMENTS: usize = 2;
+
+/// The same text, in which the comments behind values begin in one column of each paragraph.
+fn with_aligned_comments(text: &str) -> String {
+    let paragraphs = text.split("\n\n").map(|paragraph| {
+        let lines: Vec<(&str, Option<&str>)> = paragraph.split('\n').map(value_and_comment).collect();
+        let commented = lines.iter().filter(|(value, comment)| comment.is_some() && !value.is_empty());
+        let width = commented.map(|(value, _)| value.chars().count()).max().unwrap_or(0) + BEFORE_COMMENTS;
+        let line = |(value, comment): &(&str, Option<&str>)| match comment {
+            Some(comment) if !value.is_empty() => format!("{value:<width$}{comment}"),
+            Some(comment) => (*comment).to_owned(),
+            None => (*value).to_owned(),
+        };
+        lines.iter().map(line).collect::<Vec<_>>().join("\n")
+    });
+    paragraphs.collect::<Vec<_>>().join("\n\n")
+}
+
+/// A line's value, and its comment from the mark on; a mark within a text in quotes begins none.
+fn value_and_comment(line: &str) -> (&str, Option<&str>) {
+    let mut is_quoted = false;
+    let mark = line.char_indices().find(|(_, letter)| {
+        is_quoted ^= *letter == '"';
+        *letter == '#' && !is_quoted
+    });
+    match mark {
+        Some((at, _)) => (line[..at].trim_end(), Some(&line[at..])),
+        None => (line, None),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn comments_of_a_paragraph_begin_in_one_column() {
+        let text = "# head\nname = \"a # b\"\ntrials = 1 # one\n\n[tracking]\na = 1        # two\nlong = -1e-4 # three\n";
+        assert_eq!(
+            with_aligned_comments(text),
+            "# head\nname = \"a # b\"\ntrials = 1  # one\n\n[tracking]\na = 1         # two\nlong = -1e-4  # three\n"
+        );
     }
 }

@@ -41,7 +41,13 @@ pub(super) fn choose(setup: &Setup, arguments: &cli::Run, place: &str) -> Result
         found.decisions.iter().map(|one| format!("{}: {} ({})", one.question, one.choice, one.evidence));
     print_lines(chosen);
     let foreseen = found.outlooks.iter().map(|one| match &one.expected {
-        Ok(expected) => format!("{}: {:.3} % foreseen", one.aim, in_per_cent(expected)),
+        Ok(expected) => {
+            let beyond = one.missed_margin().map_or_else(String::new, |margin| {
+                let margin = Estimate::new(expected.value, margin);
+                format!(", not within the margin that a rehearsal needs ({:.3} %)", in_per_cent(&margin))
+            });
+            format!("{}: {:.3} % foreseen{beyond}", one.aim, in_per_cent(expected))
+        }
         Err(reason) => format!("{}: none foreseen: {reason}", one.aim),
     });
     print_lines(foreseen);

@@ -34,7 +34,7 @@ fn of_recording(name: &str, origin: &Origin) -> String {
             format!("{name}: tracked, as nothing was kept of it")
         }
         Origin::New(differing) => {
-            format!("{name}: tracked anew, as what was kept has another {}", differing.join(", "))
+            format!("{name}: tracked anew, as what was kept differs in {}", differing.join(", "))
         }
         Origin::Torn(reason) => format!("{name}: tracked anew, as what was kept is torn ({reason})"),
     }
@@ -49,7 +49,10 @@ mod tests {
         let told = |origin: &Origin| of_recording("a.cine", origin);
         assert_eq!(told(&Origin::Kept), "a.cine: kept");
         assert!(told(&Origin::New(Vec::new())).contains("nothing was kept"));
-        assert!(told(&Origin::New(vec!["method", "subsets"])).contains("another method, subsets"));
+        assert!(
+            told(&Origin::New(vec!["method", "subsets"]))
+                .contains("what was kept differs in method, subsets")
+        );
         assert!(told(&Origin::Torn("cut".into())).contains("torn (cut)"));
     }
 }

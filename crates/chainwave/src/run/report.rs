@@ -20,7 +20,8 @@ use super::accuracy::Reached;
 use super::ended::{Done, End, Evaluated};
 use super::figures::Figure;
 use super::outputs::{PROVENANCE, REPORT, RESULTS};
-use super::summary::{SummaryRow, decimals, rows};
+use super::summary::{SummaryRow, rows};
+use crate::digits::decimals;
 use crate::error::Error;
 use crate::output::{FIGURES_FOLDER, read_bytes, write_text};
 

@@ -11,6 +11,7 @@ use chainwave_measurement::Estimate;
 
 use super::outputs::{RECORDINGS, REPORT};
 use super::stage_times::StageTimes;
+use crate::digits::{counted, decimals};
 use crate::output::FIGURES_FOLDER;
 use crate::terminal::say;
 
@@ -34,8 +35,8 @@ pub(crate) fn print_states(out: &Path, states: &[RecordingState]) {
     }
     let list = out.join(RECORDINGS);
     say!(
-        "{} recordings: {used} used, {left_out} left out, {failed} failed; each in {}",
-        states.len(),
+        "{}: {used} used, {left_out} left out, {failed} failed; each in {}",
+        counted(states.len(), "recording"),
         list.display()
     );
 }
@@ -44,8 +45,9 @@ pub(crate) fn print_states(out: &Path, states: &[RecordingState]) {
 /// stage took, and where the figures are.
 pub(crate) fn print(setup: &Setup, out: &Path, results: &Results, clock: &StageTimes) {
     let Results { evaluation, truth, .. } = results;
-    say!("{}: {} recordings", setup.experiment.name, evaluation.stitched.alignments.len());
-    say!("{:<34}{:>12} {:>11}{:>13}{:>9}", "", "measured", "sigma", "truth", "off by");
+    let n_recordings = evaluation.stitched.alignments.len();
+    say!("{}: {}", setup.experiment.name, counted(n_recordings, "recording"));
+    say!("{}", head(truth.is_some()));
     for row in rows(evaluation, truth.as_ref()) {
         say!("{}", row.as_text());
     }
@@ -64,6 +66,12 @@ pub(crate) fn print(setup: &Setup, out: &Path, results: &Results, clock: &StageT
         say!("{seconds:8.2} s  {name}");
     }
     say!("figures in {}, report in {}", out.join(FIGURES_FOLDER).display(), out.join(REPORT).display());
+}
+
+/// What stands above the rows; the truth has columns where it is known.
+fn head(is_truth_known: bool) -> String {
+    let beside = if is_truth_known { format!("{:>13}{:>9}", "truth", "off by") } else { String::new() };
+    format!("{:<34}{:>12} {:>11}{beside}", "", "measured", "sigma")
 }
 
 /// One measured quantity in the unit of the summary.
@@ -88,16 +96,6 @@ impl SummaryRow {
             format!("{truth:>13.digits$}{off:>+7.2} s")
         });
         format!("{:<34}{:>12.digits$} {:>11.digits$}{beside}", self.name, estimate.value, estimate.sigma)
-    }
-}
-
-/// Decimals that give an uncertainty two digits; five where it has none.
-pub(super) fn decimals(sigma: f64) -> usize {
-    const USUAL: usize = 5;
-    const MOST: f64 = 12.0;
-    match sigma.is_finite() && sigma > 0.0 {
-        true => (1.0 - sigma.log10().floor()).clamp(0.0, MOST) as usize,
-        false => USUAL,
     }
 }
 
@@ -241,11 +239,5 @@ mod tests {
         assert!(c_d.is_err() && c_s == Ok(damping.striker_damping_kg_per_s));
         let [c_d, c_s] = fit(Some("it fits nothing")).told(1.0);
         assert_eq!(c_d, c_s);
-    }
-
-    #[test]
-    fn an_uncertainty_has_two_digits() {
-        assert_eq!([12.3, 0.99, 0.0123, 4e-8].map(decimals), [0, 2, 3, 9]);
-        assert_eq!([0.0, f64::NAN].map(decimals), [5, 5]);
     }
 }

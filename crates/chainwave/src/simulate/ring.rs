@@ -20,6 +20,7 @@ use crate::error::Error;
 use crate::outcome::Outcome;
 use crate::output::write_text;
 use crate::table;
+use crate::terminal::say;
 
 use super::note_lost_energy;
 use figures::{FiguresTable, VelocityRow, wave_of};
@@ -94,6 +95,7 @@ pub(super) fn simulate(arguments: &cli::Simulate, text: &str) -> Result<Outcome,
         summary["wall_s"] = start.elapsed().as_secs_f64().into();
         write_text(path, &format!("{summary:#}\n"))?;
     }
+    say!("wrote {}", arguments.out.display());
     Ok(outcome)
 }
 

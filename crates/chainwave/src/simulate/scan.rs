@@ -10,6 +10,7 @@ use crate::error::Error;
 use crate::outcome::Outcome;
 use crate::parallel::threads;
 use crate::table::{self, column};
+use crate::terminal::say;
 
 use crate::cli::Velocities;
 
@@ -43,6 +44,7 @@ pub(crate) fn scan(
         }
     }
     rows.write(&arguments.out)?;
+    say!("wrote {}: striker velocities asked for: {}", arguments.out.display(), velocities.0.len());
     Ok(outcome)
 }
 

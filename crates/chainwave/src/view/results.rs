@@ -17,11 +17,17 @@ use crate::view::corrections;
 /// The recordings that a run tracked, with where it found the bodies.
 pub(super) fn of_results(arguments: &cli::View) -> Result<Collection, Error> {
     let results = &arguments.path;
-    let Some(folder) = &arguments.recordings else {
-        return Err(Error::Argument(format!(
-            "{}: expected --recordings FOLDER beside a folder of results, which names its recordings and not where they lie",
-            results.display()
-        )));
+    let reviewed = ReviewedResults::read(results)?;
+    let are_among_them = || reviewed.recordings.iter().any(|one| results.join(&one.name).exists());
+    let folder = match &arguments.recordings {
+        Some(folder) => folder,
+        None if are_among_them() => results,
+        None => {
+            return Err(Error::Argument(format!(
+                "{}: expected --recordings FOLDER beside a folder of results, which names its recordings and not where they lie",
+                results.display()
+            )));
+        }
     };
     let provenance = provenance(&results.join(PROVENANCE))?;
     let half = |key: &str| whole(&provenance, &["experiment", "tracking", key]).unwrap_or(16);
@@ -31,7 +37,6 @@ pub(super) fn of_results(arguments: &cli::View) -> Result<Collection, Error> {
     let mut options = arguments.reading.options(arguments.frame_rate.rate_hz.or(rate_hz));
     let raw = camera.and_then(|camera| camera.get("raw")).and_then(toml::Value::as_str);
     options.raw = options.raw.or(raw.and_then(|raw| raw.parse().ok()));
-    let reviewed = ReviewedResults::read(results)?;
     on_demand::expect_readable(reviewed.recordings.iter().map(|one| folder.join(&one.name)), &options)?;
     let (mut recordings, mut notes) = (Vec::new(), Vec::new());
     // Place in the list of each recording that is there.

@@ -38,10 +38,20 @@ pub struct ChainScene {
     n_kappa: Option<usize>,
 }
 
+/// The model of this scene: one of rings is read elsewhere, and a name that is neither names both.
 #[derive(Debug, Clone, Copy, Deserialize)]
-#[serde(rename_all = "lowercase")]
-enum ModelName {
-    Chain,
+#[serde(try_from = "String")]
+struct ModelName;
+
+impl TryFrom<String> for ModelName {
+    type Error = String;
+
+    fn try_from(name: String) -> Result<Self, String> {
+        match name.as_str() {
+            "chain" => Ok(Self),
+            other => Err(format!("expected \"chain\" or \"ring\", found {other:?}")),
+        }
+    }
 }
 
 /// What is to be done where that is no motion.

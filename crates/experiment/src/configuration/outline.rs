@@ -4,8 +4,7 @@ use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 
 /// What an outline is in a table: corners as columns and rows in pixels from the centre, one after the other.
-pub(crate) const EXPECTED: &str =
-    "three corners or more as x y x y ..., in pixels from the centre, or nothing";
+pub(crate) const EXPECTED: &str = "three corners or more around an area of at least a pixel, as x y x y ..., in pixels from the centre, or nothing";
 
 /// The corners of a cell of a table; none of an empty one.
 pub(crate) fn of_cell(text: &str) -> Option<Vec<[f64; 2]>> {
@@ -21,7 +20,7 @@ pub(crate) fn of_key<'de, D: Deserializer<'de>>(corners: D) -> Result<Vec<[f64; 
     match is_polygon(&corners) {
         true => Ok(corners),
         false => Err(D::Error::custom(format!(
-            "expected three corners [x, y] or more around an area, in pixels from the centre, found {corners:?}"
+            "expected three corners [x, y] or more around an area of at least a pixel, in pixels from the centre, found {corners:?}"
         ))),
     }
 }

@@ -312,9 +312,10 @@ fn drives(experiment: &Experiment, evaluation: &Evaluation) -> Decision {
         "always fitted; priors of one frame and 5 % decide what the data leave open",
     );
     let evidence = format!(
-        "{drives}, trigger offsets by {:.2} us; aligned in {} rounds; farthest is {}",
+        "{drives}, trigger offsets by {:.2} us; aligned in {} round{}; farthest is {}",
         1e6 * offset_s,
         evaluation.stitched.rounds,
+        if evaluation.stitched.rounds == 1 { "" } else { "s" },
         farthest_drive(experiment, &evaluation.recording_alignments)
             .map_or("none".into(), |drive| drive.as_text())
     );

@@ -72,7 +72,7 @@ impl Table {
                 record.truncate(names.len());
             }
             if record.len() != names.len() {
-                return Err(unequal(path, line, (names.len(), header_line), record.len()));
+                return Err(unequal(path, line, (names.len(), header_line), record.len(), separator));
             }
             lines.push(line);
             record.iter().zip(&mut columns).for_each(|(cell, column)| column.push(cell.to_owned()));
@@ -136,7 +136,7 @@ impl Table {
         numbers
             .map(|(row, value)| match value >= 0.0 && value.fract() == 0.0 && value < 1e15 {
                 true => Ok(value as usize),
-                false => Err(self.cell(row, name, "a whole number from 0", &value.to_string())),
+                false => Err(self.cell(row, name, "a whole number from 0", &shown(value))),
             })
             .collect()
     }
@@ -249,12 +249,34 @@ fn separator(header: &str) -> u8 {
 }
 
 /// What is said of a row that has not as many cells as the header, of which the line is given too.
-fn unequal(path: &Path, line: u64, (expected, header_line): (usize, u64), found: usize) -> Error {
+fn unequal(
+    path: &Path,
+    line: u64,
+    (expected, header_line): (usize, u64),
+    found: usize,
+    separator: u8,
+) -> Error {
+    let hint = match separator == b',' && found > expected {
+        true => " (hint: where numbers have decimal commas, cells are separated by ; or tabs)",
+        false => "",
+    };
     Error::Cell {
         path: path.to_owned(),
         place: format!("line {line}"),
-        expected: format!("{expected} cells, as in line {header_line}"),
-        found: found.to_string(),
+        expected: format!(
+            "{expected} cell{}, as in line {header_line}",
+            if expected == 1 { "" } else { "s" }
+        ),
+        found: format!("{found}{hint}"),
+    }
+}
+
+/// A number as messages show it: with all its digits, and a very large one with its power of ten.
+pub(crate) fn shown(value: f64) -> String {
+    const LARGE: f64 = 1e15;
+    match value.abs() < LARGE {
+        true => value.to_string(),
+        false => format!("{value:e}"),
     }
 }
 
@@ -369,5 +391,12 @@ mod tests {
         assert!(told("n,y\na,1\n", numbers).contains("line 1: expected a column named x, found n,y"));
         assert!(told("x,x\n1,2\n", numbers).contains("each column once, found x twice"));
         assert!(told("x\n1e999\n", numbers).contains("found \"1e999\""));
+        let counts = |table: &Table| table.counts("x").map(drop);
+        assert!(told("x\n1e300\n", counts).ends_with("expected a whole number from 0, found 1e300"));
+        assert!(
+            told("n,x\na,1,5\n", numbers)
+                .ends_with("(hint: where numbers have decimal commas, cells are separated by ; or tabs)")
+        );
+        assert!(told("n;x\na;1;5\n", numbers).ends_with("found 3"));
     }
 }

@@ -44,10 +44,22 @@ pub fn read_text(path: &Path) -> Result<String, Error> {
 }
 
 fn a_folder(path: &Path) -> Error {
+    of_a_folder(path, "")
+}
+
+/// What is said of a folder where an experiment was expected.
+pub(crate) fn a_folder_of_recordings(path: &Path) -> Error {
+    let hint =
+        format!(" (hint: `chainwave init {}` writes an experiment.toml for recordings)", path.display());
+    of_a_folder(path, &hint)
+}
+
+/// An experiment that lies in the folder is named, else a hint is given.
+fn of_a_folder(path: &Path, otherwise: &str) -> Error {
     let experiment = path.join("experiment.toml");
     let hint = match experiment.is_file() {
         true => format!(" (hint: {} is there)", experiment.display()),
-        false => String::new(),
+        false => otherwise.to_owned(),
     };
     Error::Configuration { path: path.to_owned(), message: format!("expected a file, found a folder{hint}") }
 }
@@ -130,6 +142,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let told = || read_text(folder.path()).unwrap_err().to_string();
         assert!(told().ends_with("expected a file, found a folder"), "{}", told());
+        let experiment = a_folder_of_recordings(folder.path()).to_string();
+        assert!(experiment.contains("found a folder (hint: `chainwave init "), "{experiment}");
         std::fs::write(folder.path().join("experiment.toml"), "").unwrap();
         assert!(told().contains("(hint: ") && told().contains("experiment.toml is there)"), "{}", told());
     }

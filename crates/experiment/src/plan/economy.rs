@@ -60,6 +60,20 @@ pub struct Outlook {
 /// Part of the largest uncertainty that a rehearsal may foresee: plans and outcomes differ by some per cent, and a run that just misses what
 /// was asked is worth nothing.
 const MARGIN: f64 = 0.8;
+
+/// The largest uncertainty that may be foreseen of a result, in its unit.
+fn within_margin(aim: &Aim, foreseen: &Estimate) -> f64 {
+    MARGIN * aim.sigma(foreseen.value)
+}
+
+impl Outlook {
+    /// The largest uncertainty that a rehearsal may foresee, in the result's unit, where more than that is foreseen.
+    pub fn missed_margin(&self) -> Option<f64> {
+        let foreseen = self.expected.as_ref().ok()?;
+        Some(within_margin(&self.aim, foreseen)).filter(|margin| foreseen.sigma > *margin)
+    }
+}
+
 /// Parts of the time from the trigger to the end of the recordings that are tried.
 const PARTS_OF_TIME: [f64; 5] = [0.25, 0.375, 0.5, 0.75, 1.0];
 /// Parts of the subsets' half sizes that are tried.
@@ -264,7 +278,7 @@ impl<'a> Search<'a> {
     fn reaches(&self, precision: &Precision) -> bool {
         self.aims.iter().all(|aim| {
             let found = precision.of(aim.result).as_ref();
-            found.is_ok_and(|found| found.sigma <= MARGIN * aim.sigma(found.value))
+            found.is_ok_and(|found| found.sigma <= within_margin(aim, found))
         })
     }
 

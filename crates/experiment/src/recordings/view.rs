@@ -121,14 +121,19 @@ pub(crate) fn rest_frames(info: &RecordingInfo, rest_until_s: f64) -> Option<Ran
 }
 
 fn no_rest(setup: &Setup, path: &Path, info: &RecordingInfo) -> Error {
-    let first_s = info.times_s.first().copied().unwrap_or(f64::NAN);
-    Error::Configuration {
-        path: setup.path.clone(),
-        message: format!(
-            "tracking.rest_until_s: expected frames of {} before {} s, found its first at {first_s:.6} s \
+    let tracking = &setup.experiment.tracking;
+    let message = match (info.times_s.first(), tracking.until_s) {
+        (None, Some(until_s)) => format!(
+            "tracking.until_s: expected a time after the first frame of {}, found {until_s} s, before which there is none",
+            path.display()
+        ),
+        (first_s, _) => format!(
+            "tracking.rest_until_s: expected frames of {} before {} s, found its first at {:.6} s \
              (hint: a later rest_until_s, or recordings with more pre-trigger frames)",
             path.display(),
-            setup.experiment.tracking.rest_until_s,
+            tracking.rest_until_s,
+            first_s.copied().unwrap_or(f64::NAN)
         ),
-    }
+    };
+    Error::Configuration { path: setup.path.clone(), message }
 }

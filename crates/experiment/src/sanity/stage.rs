@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::f64::consts::SQRT_2;
 
-use chainwave_measurement::Estimate;
+use chainwave_measurement::{Estimate, RecordingInfo};
 
 use super::resting::Resting;
 use super::same_markers::same_markers;
@@ -61,12 +61,18 @@ pub(super) fn empty_views(setup: &Setup, views: &[ViewAtRest], sanity: &mut Sani
             .filter(|_| !is_scale_doubted)
             .find(shown)
             .map_or(String::new(), |meaning| format!(" (hint: {})", meaning.what));
-        let reason = format!(
-            "no body lies in the {} x {} px of {}: body 1 would be {place}{hint}",
-            info.width_px,
-            info.height_px,
-            view.name()
-        );
+        let (size, name) = (format!("{} x {} px", info.width_px, info.height_px), view.name());
+        let tracking = &setup.experiment.tracking;
+        let is_shown = first.is_some_and(|place| is_within(place, info));
+        let reason = match is_shown && hint.is_empty() {
+            true => format!(
+                "no subset fits into the {size} of {name}: that of body 1, {} x {} px, would be {place} (hint: a smaller \
+                 tracking.half_width_px or half_height_px, or another camera.first_body_px)",
+                2 * tracking.half_width_px + 1,
+                2 * tracking.half_height_px + 1
+            ),
+            false => format!("no body lies in the {size} of {name}: body 1 would be {place}{hint}"),
+        };
         sanity.leave_out(&view.trials, &reason);
     }
     match views.iter().all(|view| view.bodies.is_empty()) {
@@ -79,6 +85,12 @@ pub(super) fn empty_views(setup: &Setup, views: &[ViewAtRest], sanity: &mut Sani
             ),
         }),
     }
+}
+
+/// Whether a place, as column and row, lies in a picture.
+fn is_within([x_px, y_px]: [f64; 2], info: &RecordingInfo) -> bool {
+    let is_between = |place_px: f64, size: usize| (0.0..=size as f64 - 1.0).contains(&place_px);
+    is_between(x_px, info.width_px) && is_between(y_px, info.height_px)
 }
 
 /// Views that should show a body of another view, and show another one there. Where another meaning of the stage's position finds the

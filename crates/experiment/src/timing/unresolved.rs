@@ -34,6 +34,8 @@ struct Difference {
     sigma_m: f64,
 }
 
+/// Ratios from here on are told by their power of ten.
+const LARGE_RATIO: f64 = 1e4;
 /// Frames in one difference: its tenth, which passes 2e-5 of a wave of ten frames a period, and all that lies at half the frame rate.
 const SPAN: usize = 11;
 /// Binomial coefficients with their signs.
@@ -129,10 +131,12 @@ impl UnresolvedMotion {
                 format!("bodies {} swing", numbers.join(", "))
             }
         };
+        // Motions that were computed rest to the last bit.
+        let most = if most < LARGE_RATIO { format!("{most:.1}") } else { format!("{most:.1e}") };
         let rms_um = 1e6 * mean(self.of_bodies.iter().flat_map(|one| one.variance_m2.values())).sqrt();
         (!told.is_empty()).then(|| {
             format!(
-                "{bodies} faster than {:.0} frames a second follow: near half that rate readings vary up to {most:.1} times as much as at rest. \
+                "{bodies} faster than {:.0} frames a second follow: near half that rate readings vary up to {most} times as much as at rest. \
                  x_n(t) lacks what is faster, about {rms_um:.2} um (rms), which its sigma contains; strains, peaks and their times suffer most. Film \
                  at a higher rate",
                 self.frame_interval_s.recip(),

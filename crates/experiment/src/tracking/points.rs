@@ -9,13 +9,17 @@ use chainwave_measurement::{Recording, Subset};
 
 use crate::configuration::outline;
 use crate::error::Error;
-use crate::input::table::Table;
+use crate::input::table::{Table, shown};
 use crate::monitor::{Monitor, Stage};
 use crate::tracking::follow::{Followed, edges_beside, follow_with};
 use crate::tracking::matching::{MethodChoice, noise_px};
 
 /// Half size of a subset of no given size that lies in no frame.
 const LEAST_HALF_PX: usize = 5;
+/// Half sizes are smaller than this.
+const MOST_HALF_PX: f64 = 1e6;
+/// The columns of half sizes.
+const HALVES: [&str; 2] = ["half_width_px", "half_height_px"];
 
 /// A point to follow; the size of its subset may be left open.
 #[derive(Debug, Clone, PartialEq)]
@@ -37,21 +41,12 @@ impl PlacedPoint {
         if let Some(row) = (1..names.len()).find(|row| names[..*row].contains(&names[*row])) {
             return Err(table.cell(row, "name", "each name once", &names[row]));
         }
+        if let Some(row) = names.iter().position(String::is_empty) {
+            return Err(table.cell(row, "name", "a name", "nothing"));
+        }
         let (x_px, y_px) = (table.full_numbers("x_px")?, table.full_numbers("y_px")?);
-        let halves = |name: &str| -> Result<Vec<Option<usize>>, Error> {
-            let whole = |value: f64| value >= 0.0 && value.fract() == 0.0 && value < 1e6;
-            let half = |(row, value): (usize, Option<f64>)| match value {
-                Some(value) if !whole(value) => {
-                    Err(table.cell(row, name, "a whole number from 0, or nothing", &value.to_string()))
-                }
-                value => Ok(value.map(|value| value as usize)),
-            };
-            table.numbers(name)?.into_iter().enumerate().map(half).collect()
-        };
-        let (half_widths, half_heights) = match sizes_left_out(table) {
-            true => (vec![None; names.len()], vec![None; names.len()]),
-            false => (halves("half_width_px")?, halves("half_height_px")?),
-        };
+        let [half_widths, half_heights] = HALVES.map(|name| half_sizes(table, name));
+        let (half_widths, half_heights) = (half_widths?, half_heights?);
         let outlines = match table.has("outline_px") {
             true => table.texts("outline_px")?,
             false => vec![String::new(); names.len()],
@@ -105,9 +100,21 @@ impl PlacedPoint {
     }
 }
 
-/// Whether a table of points has no column of sizes, nor one that may be meant for one.
-fn sizes_left_out(table: &Table) -> bool {
-    !table.names().any(|name| name.contains("half"))
+/// The half sizes along an axis, as far as they are given; none where their column is left out.
+fn half_sizes(table: &Table, name: &str) -> Result<Vec<Option<usize>>, Error> {
+    // A column that may be meant for it is not passed over.
+    let is_another = |column: &str| column.contains("half") && !HALVES.contains(&column);
+    if !table.has(name) && !table.names().any(is_another) {
+        return Ok(vec![None; table.texts("name")?.len()]);
+    }
+    let whole = |value: f64| value >= 0.0 && value.fract() == 0.0 && value < MOST_HALF_PX;
+    let half = |(row, value): (usize, Option<f64>)| match value {
+        Some(value) if !whole(value) => {
+            Err(table.cell(row, name, "a whole number from 0 to 999999, or nothing", &shown(value)))
+        }
+        value => Ok(value.map(|value| value as usize)),
+    };
+    table.numbers(name)?.into_iter().enumerate().map(half).collect()
 }
 
 /// A subset, and how its size was chosen where it was left open.
@@ -177,7 +184,8 @@ impl PointTracking<'_> {
             subsets.iter().cloned().partition(|subset| Reference::lies_inside(recording, subset));
         let mut notes = recording.info().warnings.clone();
         notes.extend(outside.iter().map(|Subset { name, x_px, y_px, .. }| {
-            format!("point {name} at ({x_px}, {y_px}): its subset reaches outside the image, so it is lost")
+            let place = [x_px, y_px].map(|px| shown(*px)).join(", ");
+            format!("point {name} at ({place}): its subset reaches outside the image, so it is lost")
         }));
         notes.extend(edges_beside(recording, &inside, reference)?.iter().map(ToString::to_string));
         let method = self.choice.method(recording, &inside, reference)?;
