@@ -96,7 +96,7 @@ fn trials_in_columns_are_merged_and_the_step_has_its_speed() {
 }
 
 #[test]
-fn a_pitch_in_millimetres_is_asked_about_and_results_of_a_run_are_left_alone() {
+fn a_pitch_in_other_units_is_asked_about_and_results_of_a_run_are_left_alone() {
     let folder = TempDir::new().expect("a temporary folder can be made");
     columns(folder.path(), "one.csv", 0.0);
     let path = mapping(folder.path(), &["one.csv"], OF_COLUMNS);
@@ -104,7 +104,7 @@ fn a_pitch_in_millimetres_is_asked_about_and_results_of_a_run_are_left_alone() {
     assert!(!imported(&path, &out)["warnings"].to_string().contains("of no wave"), "a chain as it should be");
     let text = fs::read_to_string(&path).expect("it was written");
     let pitch = text.lines().find(|line| line.starts_with("pitch_m")).expect("a pitch");
-    fs::write(&path, text.replace(pitch, "pitch_m = 30.0")).expect("it can be written");
+    fs::write(&path, text.replace(pitch, "pitch_m = 3e3")).expect("it can be written");
     let warnings = imported(&path, &out)["warnings"].to_string();
     assert!(warnings.contains("of no wave in a chain (hint: is chain.pitch_m in metres"), "{warnings}");
     fs::write(out.join("provenance.toml"), "").expect("it can be written");

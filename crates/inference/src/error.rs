@@ -29,6 +29,14 @@ pub enum FitError {
         /// What drives it.
         found: &'static str,
     },
+    /// Nothing moves.
+    #[error(
+        "damping fit: expected a body that leaves its place by {expected} times its uncertainty, found none (hint: do the recordings show the wave?)"
+    )]
+    NothingMoves {
+        /// How far one must move.
+        expected: f64,
+    },
     /// The chain is let go, so that more than its first body moves it.
     #[error(
         "damping fit: expected a chain at rest until body 1 moves, found one that is let go, which the fit to the release takes"

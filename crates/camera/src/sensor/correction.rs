@@ -14,6 +14,8 @@ const MOST_SATURATED: f64 = 0.01;
 const SAME_EXPOSURE: f64 = 0.01;
 /// Share of a sensor's pixels that are defective at most: of a sound one it is a thousandth or less, of frames that show a scene a third.
 const MOST_DEFECTS: f64 = 0.02;
+/// So many more say nothing of a small part of a sensor.
+const FEW_DEFECTS: f64 = 10.0;
 
 /// What a sensor's pixels add and multiply, and which of them are defects: count of light = (count - dark) gain.
 #[derive(Debug, Clone, PartialEq)]
@@ -136,7 +138,7 @@ impl SensorCorrection {
         })?;
         let n_pixels = correction.width_px * correction.height_px;
         let n_defects = correction.defects.defects().len();
-        if n_defects as f64 > MOST_DEFECTS * n_pixels as f64 {
+        if n_defects as f64 > MOST_DEFECTS * n_pixels as f64 + FEW_DEFECTS {
             return Err(CameraError::Correction {
                 path: named.path().into(),
                 what: "defective pixels".into(),

@@ -29,7 +29,7 @@ pub(super) fn remarks(
 }
 
 /// Speeds of waves in chains, in metres a second: those of the slowest that fall under their weight, and beyond sound in any solid.
-const USUAL_SPEEDS_M_PER_S: std::ops::Range<f64> = 0.1..2e4;
+const USUAL_SPEEDS_M_PER_S: std::ops::Range<f64> = 0.1..1e4;
 
 /// What is to be said of a speed that no chain has.
 fn odd_speed(measurement: &Measurement) -> Option<String> {

@@ -1,6 +1,6 @@
 //! How far the errors of two points of a field go together: by the pixels that their subsets share.
 
-use crate::{Field, Shape};
+use crate::Shape;
 
 /// The correlation of the noise of two points' displacements whose subsets of this side are so far apart.
 ///
@@ -33,12 +33,12 @@ pub(crate) struct NoiseCorrelations {
 }
 
 impl NoiseCorrelations {
-    /// Those of points up to so many steps apart.
-    pub(crate) fn of(field: &Field, most_steps: usize) -> Self {
+    /// Those of points up to so many steps of this length apart, with subsets of so many pixels on each side.
+    pub(crate) fn new(step_px: usize, half_px: usize, most_steps: usize) -> Self {
         let n_lags = most_steps + 1;
-        let side_px = (2 * field.half_px + 1) as f64;
+        let side_px = (2 * half_px + 1) as f64;
         let at = |lag: usize| {
-            let apart_px = [lag % n_lags, lag / n_lags].map(|steps| (steps * field.step_px) as f64);
+            let apart_px = [lag % n_lags, lag / n_lags].map(|steps| (steps * step_px) as f64);
             [[Shape::Affine; 2], [Shape::Affine, Shape::Quadratic], [Shape::Quadratic; 2]]
                 .map(|shapes| noise_correlation(shapes, apart_px, side_px))
         };

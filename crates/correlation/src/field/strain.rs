@@ -29,7 +29,7 @@ pub struct Strain {
 /// (`field/truncation.rs`): where it exceeds the noise, intervals are as wide as it is around the point.
 pub fn strains(field: &Field, reach: usize, n_threads: NonZero<usize>) -> Vec<Option<Strain>> {
     let truncations = truncations(field, reach, n_threads);
-    let correlations = NoiseCorrelations::of(field, 2 * reach);
+    let correlations = NoiseCorrelations::new(field.step_px, field.half_px, 2 * reach);
     in_rows(field, n_threads, |point| strain_at(field, &correlations, point, reach, &truncations[point]))
 }
 

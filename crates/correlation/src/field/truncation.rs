@@ -36,7 +36,7 @@ pub(super) fn truncations(field: &Field, reach: usize, n_threads: NonZero<usize>
     let stride = (field.half_px / field.step_px.max(1)).clamp(1, reach.max(1));
     let wide = (3 * reach).div_ceil(2).max(2).next_multiple_of(stride);
     let (own_side, wide_side) = (2 * reach + 1, 2 * wide / stride + 1);
-    let correlations = NoiseCorrelations::of(field, 2 * wide.max(reach));
+    let correlations = NoiseCorrelations::new(field.step_px, field.half_px, 2 * wide.max(reach));
     // Where all points of both windows were found the weights are the same.
     let of_whole = [const { OnceLock::new() }; 2];
     let found = in_rows(field, n_threads, |point| {

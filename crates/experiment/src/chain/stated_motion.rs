@@ -139,6 +139,8 @@ fn onset(driven: &Sensitivities, body: usize) -> ModelResponse {
     }
 }
 
+/// The third order's share of the second one at the drives' scatter from which on a response is no series in the drive.
+const FALLING: f64 = 0.5;
 /// A body that has moved this share of its way counts as reached by the wave.
 const REACHED: f64 = 0.05;
 
@@ -190,8 +192,12 @@ impl<'a> ByDrive<'a> {
         })
     }
 
-    /// What a body's response has beyond its slope, over the stated motion.
+    /// What a body's response has beyond its slope, over the stated motion; nothing where orders do not fall at these drives, as where gaps snap.
     fn higher_orders(&self, stated: &Sensitivities, body: usize) -> HigherOrders {
+        let sizes = self.sizes(body);
+        if self.scatter * sizes.third_order > FALLING * sizes.curvature {
+            return HigherOrders::default();
+        }
         let motion = &stated.simulation.trajectory;
         let furthest_m =
             self.orders_m(body).fold(0.0_f64, |furthest, orders| furthest.max(orders.motion_m.abs()));

@@ -114,8 +114,8 @@ impl<'a> Material<'a> {
 
     /// Makes every fit that the chain's drive allows; `step` is called behind each.
     pub(crate) fn fits(&self, observations: &[Observation], step: &impl Fn()) -> Fits {
-        let imposed_fit = self.behind_body_1();
-        let (reached, track_fit) = match self.reached(observations) {
+        let imposed_fit = self.moves().and_then(|()| self.behind_body_1());
+        let (reached, track_fit) = match self.moves().and_then(|()| self.reached(observations)) {
             Ok((model, Reached { observations: reached, impact_times_s: impacts_s })) => {
                 let elsewhere = imposed_fit.as_ref().ok().map(|fit| fit.chain_damping_kg_per_s.value);
                 let fit = self.fit_to((&reached, &impacts_s), &model, elsewhere);
@@ -128,6 +128,13 @@ impl<'a> Material<'a> {
         let release_fit = self.since_release();
         step();
         Fits { reached, track_fit, departures, imposed_fit, release_fit }
+    }
+
+    /// Refuses a chain in which nothing moves: a fit would go through ever stiffer and slower chains.
+    fn moves(&self) -> Result<(), FitError> {
+        let places = self.stitched.motion.displacement_m.iter().flatten();
+        let moves = places.into_iter().any(|x| x.value.abs() > LEAST_MOTION_SIGMAS * x.sigma);
+        if moves { Ok(()) } else { Err(FitError::NothingMoves { expected: LEAST_MOTION_SIGMAS }) }
     }
 
     /// The fit to tracks with these impacts; with what a camera that nothing calibrated leaves open, where that may be behind what the stated model leaves
@@ -192,6 +199,7 @@ impl<'a> Material<'a> {
     fn since_release(&self) -> Option<Result<ReleasedFit, FitError>> {
         self.experiment.is_released().then(|| {
             asked(self.experiment)?;
+            self.moves()?;
             let n_recordings = self.stitched.alignments.len().max(1) as f64;
             let model = ReleasedModel {
                 chain: self.chain.clone(),
@@ -203,6 +211,9 @@ impl<'a> Material<'a> {
         })
     }
 }
+
+/// How far a body must leave its place, in its uncertainties: none of a million samples does by chance.
+const LEAST_MOTION_SIGMAS: f64 = 5.0;
 
 /// What the stated model may leave over, in deviations of the noise, where a camera's usual geometry may be behind it: that moves a body by some thousandths of
 /// its way, and noise is some ten-thousandths. What is larger has another cause, and a fit with so much left open goes astray.
