@@ -178,11 +178,14 @@ fn frames_that_do_not_fit_or_tell_nothing_are_refused() {
     let (_small_folder, path) =
         written(&npy_bytes("{'descr': '|u1', 'fortran_order': False, 'shape': (1, 4, 4), }\n", &[7; 16]));
     let small = open(&path).unwrap();
+    let (_even_folder, even) = opened(&[vec![8000; WIDTH * HEIGHT]]);
     let (_bright_folder, bright) = opened(&[vec![65_535; WIDTH * HEIGHT]]);
     for (outcome, part) in [
         (SensorCorrection::from_flat(&*flat, Some(&*small)), "as the dark frames"),
         (SensorCorrection::from_flat(&*bright, None), "100.0 % of them saturated"),
-        (SensorCorrection::from_flat(&*flat, Some(&*flat)), "brighter than the dark ones"),
+        (SensorCorrection::from_flat(&*even, Some(&*even)), "brighter than the dark ones"),
+        // Two pixels of five stand out where the sensor's gains show.
+        (SensorCorrection::from_dark(&*flat), "40.0 %"),
     ] {
         let error = outcome.unwrap_err();
         assert!(
@@ -190,7 +193,7 @@ fn frames_that_do_not_fit_or_tell_nothing_are_refused() {
             "{error}"
         );
     }
-    let correction = Arc::new(SensorCorrection::from_dark(&*flat).unwrap());
+    let correction = Arc::new(SensorCorrection::from_dark(&*even).unwrap());
     let error = Corrected::new(small, correction).err().unwrap().to_string();
     assert!(error.contains("48 x 20 px of 16 bits") && error.contains("4 x 4 px of 8 bits"), "{error}");
     // A file of 16 bits does not say how many of them count: it may be dark frames of 8 bits, if no brighter than these.
@@ -204,7 +207,7 @@ fn frames_that_do_not_fit_or_tell_nothing_are_refused() {
         Corrected::new(open(&path).unwrap(), Arc::new(SensorCorrection::from_dark(dark).unwrap()))
     };
     assert!(corrected(&*dim).is_ok());
-    let brighter = corrected(&*flat).err().unwrap().to_string();
+    let brighter = corrected(&*even).err().unwrap().to_string();
     assert!(
         brighter.contains("dark frames, which go up to") && brighter.contains("full scale of 255"),
         "{brighter}"
