@@ -45,20 +45,7 @@ fn a_slow_lattice_is_found() {
 /// before let expect tells them.
 #[test]
 fn subsets_of_a_dozen_speckles_are_followed_until_others_come() {
-    for seed in 1..4 {
-        let scene = few_speckles(&mut Draw::of(seed));
-        let film = scene.film(seed);
-        for method in ["icgn-cubic-affine", "icgn-cubic-translation"] {
-            let by: Method = method.parse().unwrap();
-            let first = ReferenceFrames::Single(0);
-            let tracks = by.track(&film, &scene.subsets, &first, &Settings::default(), &|_| ()).unwrap();
-            let outcome = scene.outcome(&scene.subsets, &tracks);
-            println!("seed {seed}, noise {}, {method:<24} {outcome}", scene.noise);
-            assert_eq!(outcome.n_wrong, 0);
-            // All but those that happen to hold fewer speckles than parameters, a few in a hundred.
-            assert!(outcome.n_found as f64 >= 0.9 * outcome.n_visible as f64, "{outcome:?}");
-        }
-    }
+    (1..4).for_each(|seed| followed_until_others_come(seed, &few_speckles(&mut Draw::of(seed))));
 }
 
 /// Five speckles resemble others by chance once in some hundred cases, but for mean and contrast.
@@ -67,18 +54,21 @@ fn subsets_of_five_speckles_are_followed_until_others_come() {
     // films of 1 % noise
     for seed in 4..6 {
         let scene = few_speckles(&mut Draw::of(seed));
-        let scene = Shown { subsets: small_subsets(), ..scene };
-        let film = scene.film(seed);
-        for method in ["icgn-cubic-affine", "icgn-cubic-translation"] {
-            let by: Method = method.parse().unwrap();
-            let first = ReferenceFrames::Single(0);
-            let tracks = by.track(&film, &scene.subsets, &first, &Settings::default(), &|_| ()).unwrap();
-            let outcome = scene.outcome(&scene.subsets, &tracks);
-            println!("seed {seed}, noise {}, {method:<24} {outcome}", scene.noise);
-            assert_eq!(outcome.n_wrong, 0);
-            // as above
-            assert!(outcome.n_found as f64 >= 0.9 * outcome.n_visible as f64, "{outcome:?}");
-        }
+        followed_until_others_come(seed, &Shown { subsets: small_subsets(), ..scene });
+    }
+}
+
+fn followed_until_others_come(seed: u64, scene: &Shown) {
+    let film = scene.film(seed);
+    for method in ["icgn-cubic-affine", "icgn-cubic-translation"] {
+        let by: Method = method.parse().unwrap();
+        let first = ReferenceFrames::Single(0);
+        let tracks = by.track(&film, &scene.subsets, &first, &Settings::default(), &|_| ()).unwrap();
+        let outcome = scene.outcome(&scene.subsets, &tracks);
+        println!("seed {seed}, noise {}, {method:<24} {outcome}", scene.noise);
+        assert_eq!(outcome.n_wrong, 0);
+        // All but those that happen to hold fewer speckles than parameters, a few in a hundred.
+        assert!(outcome.n_found as f64 >= 0.9 * outcome.n_visible as f64, "{outcome:?}");
     }
 }
 

@@ -62,11 +62,14 @@ impl StatedMotion {
         let (stated, stronger, weaker) = (stated?, stronger?, weaker?);
         let otherwise = [&damped_more?, &struck_softer?, &stronger];
         let by_drive = ByDrive::of(scatter, [&weaker, &stated, &stronger]);
-        let response = |body: usize| StatedResponse {
-            stated: onset(&stated, body),
-            otherwise: otherwise.iter().map(|other| onset(other, body)).collect(),
-            sizes: by_drive.sizes(body),
-            orders: by_drive.higher_orders(&stated, body),
+        let response = |body: usize| {
+            let sizes = by_drive.sizes(body);
+            StatedResponse {
+                stated: onset(&stated, body),
+                otherwise: otherwise.iter().map(|other| onset(other, body)).collect(),
+                sizes,
+                orders: by_drive.higher_orders(&stated, body, sizes),
+            }
         };
         let responses = (0..experiment.chain.n_bodies).map(response).collect();
         Ok(Self { simulation: stated.simulation, responses })
@@ -193,8 +196,7 @@ impl<'a> ByDrive<'a> {
     }
 
     /// What a body's response has beyond its slope, over the stated motion; nothing where orders do not fall at these drives, as where gaps snap.
-    fn higher_orders(&self, stated: &Sensitivities, body: usize) -> HigherOrders {
-        let sizes = self.sizes(body);
+    fn higher_orders(&self, stated: &Sensitivities, body: usize, sizes: ResponseSizes) -> HigherOrders {
         if self.scatter * sizes.third_order > FALLING * sizes.curvature {
             return HigherOrders::default();
         }
