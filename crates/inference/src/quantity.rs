@@ -2,6 +2,8 @@
 
 use chainwave_mechanics::{Chain, Contact, Striker};
 
+use crate::steps::{DAMPING_STEPS, FACTOR_STEP};
+
 /// A quantity of the experiment that a fit may move within what is known of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
@@ -40,6 +42,17 @@ pub enum Quantity {
     DampingBetween,
     /// Dry friction of each body, in newtons; not a factor, and none where nothing is said.
     Friction,
+    /// Drag of each body over the square of its speed, in kilograms per metre; not a factor, and none where nothing is said.
+    Drag,
+    /// Stiffness of springs that hold each body to ground beside what is stated, in newtons per metre; not a factor, and none where nothing is
+    /// said.
+    GroundSpring,
+    /// Damping of the last body over that of the first, each over what is stated of it; it changes steadily in between, and the mean stays.
+    DampingGrade,
+    /// Damping of one body, from 1; the mean of all stays.
+    DampingOfBody(usize),
+    /// The same of neighbours.
+    DampingOfNeighbours(usize, usize),
 }
 
 /// How well a quantity is known beforehand.
@@ -57,8 +70,12 @@ impl Quantity {
         let kind = self.kind();
         match self {
             Self::ScaleOfView(view) => format!("{kind}_{view}"),
-            Self::MassOfBody(number) | Self::StiffnessOfGap(number) => format!("{kind}_{number}"),
-            Self::MassOfNeighbours(first, last) | Self::StiffnessOfNeighbours(first, last) => {
+            Self::MassOfBody(number) | Self::StiffnessOfGap(number) | Self::DampingOfBody(number) => {
+                format!("{kind}_{number}")
+            }
+            Self::MassOfNeighbours(first, last)
+            | Self::StiffnessOfNeighbours(first, last)
+            | Self::DampingOfNeighbours(first, last) => {
                 format!("{kind}_{first}_to_{last}")
             }
             _ => kind.into(),
@@ -84,6 +101,11 @@ impl Quantity {
             Self::StrikerContact => "striker_contact_a",
             Self::DampingBetween => "damping_between_kg_per_s",
             Self::Friction => "friction_n",
+            Self::Drag => "drag_kg_per_m",
+            Self::GroundSpring => "ground_spring_n_per_m",
+            Self::DampingGrade => "damping_of_last_body_over_first",
+            Self::DampingOfBody(_) => "damping_of_body",
+            Self::DampingOfNeighbours(..) => "damping_of_bodies",
         }
     }
 
@@ -94,7 +116,25 @@ impl Quantity {
 
     /// Whether it multiplies what the model states.
     pub(crate) fn is_factor(self) -> bool {
-        !matches!(self, Self::DampingBetween | Self::Friction)
+        !matches!(self, Self::DampingBetween | Self::Friction | Self::Drag | Self::GroundSpring)
+    }
+
+    /// How far values of it are apart of which chains are solved: of what is no factor, a force as that of a small damper is, at the speed of the
+    /// striker, or a spring as small beside one that holds a gap. `critical_kg_per_s` is critical damping.
+    pub(crate) fn step(self, chain: &Chain, striker_m_per_s: f64, critical_kg_per_s: f64) -> f64 {
+        let damper_kg_per_s = DAMPING_STEPS[0] * critical_kg_per_s;
+        match self {
+            Self::DampingBetween => damper_kg_per_s,
+            Self::Friction => damper_kg_per_s * striker_m_per_s,
+            Self::Drag => damper_kg_per_s / striker_m_per_s,
+            Self::GroundSpring => FACTOR_STEP * chain.linear().map_or(0.0, |linear| linear.stiffness_n_per_m),
+            _ => FACTOR_STEP,
+        }
+    }
+
+    /// Whether its effect is added to the motion of the chain, which does not have it.
+    pub(crate) fn is_resistance(self) -> bool {
+        matches!(self, Self::Friction | Self::Drag)
     }
 
     /// Whether pictures have it and the chain does not feel it.
@@ -107,8 +147,8 @@ impl Quantity {
         self == Self::Scale || self == Self::ScaleOfView(view)
     }
 
-    /// Multiplies the quantity in a model, or adds to it; the scale is not the model's, nor is friction, whose effect is added to its
-    /// motion.
+    /// Multiplies the quantity in a model, or adds to it; the scale is not the model's, nor are friction and drag, whose effect is added to
+    /// its motion.
     pub(crate) fn apply(self, factor: f64, chain: &mut Chain, striker: &mut Striker) {
         match self {
             Self::BodyMass => chain.mass_kg.iter_mut().for_each(|mass_kg| *mass_kg *= factor),
@@ -120,7 +160,7 @@ impl Quantity {
             Self::Prefactor => chain.contact.for_each(&mut |contact| stiffen(contact, factor)),
             Self::Offset => chain.contact.for_each_power_law(|law| law.delta_0_m *= factor),
             Self::Exponent => chain.contact.for_each_power_law(|law| law.p *= factor),
-            Self::Scale | Self::ScaleOfView(_) | Self::Friction => {}
+            Self::Scale | Self::ScaleOfView(_) | Self::Friction | Self::Drag => {}
             Self::MassOfEverySecond => {
                 chain.mass_kg.iter_mut().skip(1).step_by(2).for_each(|mass_kg| *mass_kg *= factor);
             }
@@ -130,6 +170,16 @@ impl Quantity {
             Self::DampingBetween => {
                 chain.contact.for_each_gap(&mut |contact| contact.damping_kg_per_s += factor);
             }
+            Self::GroundSpring => {
+                chain.ground_stiffness_n_per_m.resize(chain.mass_kg.len(), 0.0);
+                chain.ground_stiffness_n_per_m.iter_mut().for_each(|k_n_per_m| *k_n_per_m += factor);
+            }
+            Self::DampingGrade => {
+                let last = chain.damping_kg_per_s.len().saturating_sub(1).max(1) as f64;
+                damp(chain, |body| factor.powf(body as f64 / last));
+            }
+            Self::DampingOfBody(body) => damp_bodies(chain, [body, body], factor),
+            Self::DampingOfNeighbours(first, last) => damp_bodies(chain, [first, last], factor),
             Self::MassOfBody(body) => weigh(chain, [body, body], factor),
             Self::MassOfNeighbours(first, last) => weigh(chain, [first, last], factor),
             Self::StiffnessOfGap(gap) => stiffen_gaps(chain, [gap, gap], factor),
@@ -146,6 +196,23 @@ impl Quantity {
 fn weigh(chain: &mut Chain, [first, last]: [usize; 2], factor: f64) {
     let of_bodies = chain.mass_kg.iter_mut().zip(1..);
     of_bodies.filter(|(_, body)| (first..=last).contains(body)).for_each(|(mass_kg, _)| *mass_kg *= factor);
+}
+
+/// Multiplies the dampings of bodies from one number to another, from 1, and leaves the mean of all.
+fn damp_bodies(chain: &mut Chain, [first, last]: [usize; 2], factor: f64) {
+    damp(chain, |body| if (first..=last).contains(&(body + 1)) { factor } else { 1.0 });
+}
+
+/// Multiplies the damping of each body, by its place from 0, and all of them so that their mean stays.
+fn damp(chain: &mut Chain, factor: impl Fn(usize) -> f64) {
+    let sum = |dampings: &[f64]| dampings.iter().sum::<f64>();
+    let before = sum(&chain.damping_kg_per_s);
+    let dampings = &mut chain.damping_kg_per_s;
+    dampings.iter_mut().enumerate().for_each(|(body, c_kg_per_s)| *c_kg_per_s *= factor(body));
+    let after = sum(dampings);
+    if after > 0.0 {
+        dampings.iter_mut().for_each(|c_kg_per_s| *c_kg_per_s *= before / after);
+    }
 }
 
 /// Multiplies the stiffness of gaps from one number to another, from 1.

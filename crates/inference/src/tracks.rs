@@ -14,6 +14,7 @@ mod outcome;
 mod profile;
 mod reached;
 mod residuals;
+mod resistances;
 mod response;
 mod samples;
 mod selection;
@@ -36,7 +37,7 @@ use departure::{scatter_of_bodies_at, softening_at};
 use discrepancy::discrepancy;
 use profile::interval_95;
 use residuals::{TrackResiduals, degrees_of_freedom};
-use selection::{Fit, Rival, Rivals, Told, explained};
+use selection::{Fit, Rival, Rivals, Told, explained, freed};
 
 pub use aligned::{AlignedMotion, aligned_motion};
 pub use bootstrap::OverTrials;
@@ -152,6 +153,30 @@ impl<'a> StatedSearch<'a> {
             }
         };
         finish(observations, (&fit, &rivals), (stated, n_same))
+    }
+}
+
+impl StatedSearch<'_> {
+    /// The fit of a model with usual errors, and with what another fit, to the same tracks without these, found beyond the stated model: where both may
+    /// be behind what that leaves over, neither is to be taken for all of it.
+    ///
+    /// # Errors
+    /// As [`fit_tracks`].
+    pub fn fit_beyond(self, without: &TrackFit) -> Result<TrackFit, FitError> {
+        let Self { problem, found, .. } = self;
+        let observations = problem.observations;
+        let StatedFit { mut fit, n_same } = found.map_err(|why| problem.failure(why))?;
+        let (_, covariance) = fit.minimum.solved().map_err(|why| problem.failure(why))?;
+        let inflation = inflation_of(&problem, fit.minimum.chi_squared());
+        let stated = damping_of(&fit.minimum.at, &covariance, inflation);
+        for hypothesis in &without.beyond {
+            let (freed, n) = freed(observations, &fit, *hypothesis, f64::INFINITY);
+            let n_simulations = fit.n_simulations + n;
+            fit = Fit { n_simulations, ..freed? };
+        }
+        let (as_stated, p_value_as_stated) = (without.as_stated.clone(), without.p_value_as_stated);
+        let (fit, rivals) = explained(observations, Fit { as_stated, p_value_as_stated, ..fit });
+        finish(observations, (&fit, &rivals), (Some(stated), n_same))
     }
 }
 

@@ -21,13 +21,13 @@ mod switch;
 mod tangent;
 mod unit_cell;
 
-pub use change::Change;
+pub use change::{Change, Resistance};
 pub use linear_chain::LinearChain;
 pub use replay::{Replay, Stretch};
 pub use scan::{ensemble, scan};
 pub use schedule::{Bodies, Integration, Schedule};
 pub use sensitivity::{
-    ReferenceMotion, Sensitivities, Variations, simulate_with_friction, simulate_with_sensitivities,
+    ReferenceMotion, Sensitivities, Variations, simulate_with_resistance, simulate_with_sensitivities,
 };
 pub use simulate::simulate;
 pub use simulation::{Simulation, StrikerMotion};

@@ -138,7 +138,7 @@ impl<'a> Material<'a> {
     }
 
     /// The fit to tracks with these impacts; with what a camera that nothing calibrated leaves open, where that may be behind what the stated model leaves
-    /// over, and explains as much.
+    /// over, and explains as much. Where the chain may as well be another than stated, both are open.
     fn fit_to(
         &self,
         (reached, impacts_s): (&[Observation], &[f64]),
@@ -149,13 +149,28 @@ impl<'a> Material<'a> {
         if !self.may_be_geometry(&stated) {
             return stated.fit(elsewhere);
         }
-        let open = TrackModel { usual_errors: self.usual_geometry.errors.clone(), ..model.clone() };
-        let open = fit_tracks(reached, impacts_s, &open, elsewhere);
-        if open.as_ref().is_ok_and(TrackFit::leaves_noise_alone) {
-            return open;
-        }
-        let as_square = stated.fit(elsewhere)?;
-        Ok(open.ok().filter(|_| !as_square.leaves_noise_alone()).unwrap_or(as_square))
+        let is_structured = stated.left().is_some_and(|left| left.structure.is_told());
+        let with_geometry = TrackModel { usual_errors: self.usual_geometry.errors.clone(), ..model.clone() };
+        let open = fit_tracks(reached, impacts_s, &with_geometry, elsewhere);
+        let is_disputed = |open: &TrackFit| is_structured || open.usual_amplitudes.are_told();
+        let open = match open {
+            Ok(open) if open.leaves_noise_alone() && !is_disputed(&open) => return Ok(open),
+            open => open,
+        };
+        let square = stated.fit(elsewhere);
+        let Some(open) = open.as_ref().ok().filter(|open| open.leaves_noise_alone()) else {
+            let square = square?;
+            return Ok(open.ok().filter(|_| !square.leaves_noise_alone()).unwrap_or(square));
+        };
+        let is_rival = |square: &TrackFit| {
+            square.leaves_noise_alone() && !square.beyond.is_empty() && square.rivals(open)
+        };
+        let both = square.ok().filter(is_rival).and_then(|square| {
+            let open = StatedSearch::new(reached, impacts_s, &with_geometry);
+            let both = open.and_then(|open| open.fit_beyond(&square)).ok();
+            both.filter(TrackFit::leaves_noise_alone)
+        });
+        Ok(both.unwrap_or_else(|| open.clone()))
     }
 
     /// Whether a usual geometry may be behind what the stated model leaves over.

@@ -6,7 +6,7 @@
 use std::borrow::Cow;
 
 use chainwave_inference::UsualAmplitudes;
-use chainwave_measurement::{ChainMotion, Estimate, Observation, SharedReadingError};
+use chainwave_measurement::{ChainMotion, Observation, SharedReadingError};
 use chainwave_stitching::{Alignment, Assumption, Stitched};
 use ndarray::Array2;
 
@@ -52,7 +52,8 @@ impl UsualGeometry {
     pub(crate) fn finding(&self, amplitudes: &UsualAmplitudes, motion: &ChainMotion) -> Option<Finding> {
         let shapes = Shape::ALL.into_iter().zip(amplitudes.estimates()).zip(&self.errors_m);
         let told = shapes.filter(|((_, amplitude), error_m)| {
-            is_told(*amplitude) && amplitude.value.abs() * largest_share(error_m, motion) > NOTICED
+            UsualAmplitudes::is_told(*amplitude)
+                && amplitude.value.abs() * largest_share(error_m, motion) > NOTICED
         });
         let said: Vec<String> = told
             .map(|((shape, amplitude), _)| {
@@ -89,17 +90,8 @@ impl UsualGeometry {
     }
 }
 
-/// Standard deviations beyond which an amplitude is told: once in eighty by chance.
-const TOLD: f64 = 2.5;
 /// Share of a standard uncertainty by which x_n(t) is off somewhere, at least, where it matters: 95 % intervals hold 92 % then.
 const NOTICED: f64 = 0.5;
-
-/// Whether a camera without the shape would seldom show this amplitude: of a prior of unit variance, an estimate that is uncertain by s scatters about zero by
-/// s sqrt(1 - s^2).
-fn is_told(amplitude: Estimate) -> bool {
-    let by_chance = amplitude.sigma * (1.0 - amplitude.sigma.powi(2)).max(0.0).sqrt();
-    amplitude.value.abs() > TOLD * by_chance
-}
 
 /// The largest of an error of the motion over the motion's standard uncertainty.
 fn largest_share(error_m: &Array2<f64>, motion: &ChainMotion) -> f64 {

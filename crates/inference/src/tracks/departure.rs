@@ -5,6 +5,7 @@ use chainwave_analysis::{Departure, Rule, SIGNIFICANCE_LEVEL};
 use chainwave_measurement::{Estimate, Observation};
 use nalgebra::{DMatrix, DVector};
 
+use super::hypothesis::mass_of;
 use super::model::TrackModel;
 use super::neighbours::Neighbours;
 use super::outcome::{FittedRecording, TrackFit};
@@ -133,14 +134,6 @@ fn scatter_of_groups(
     let sigma = total * (0.5 / n).sqrt() / deviation.max(total.sqrt() * (0.5 / n).powf(0.25));
     let p_value = chi_squared_beyond(chi_squared, degrees_of_freedom as f64);
     Ok(Departure { size: Estimate::new(deviation, sigma), chi_squared, degrees_of_freedom, p_value })
-}
-
-/// The factor on the mass of a group of neighbours, or of one body.
-fn mass_of(group: &Neighbours) -> Quantity {
-    match *group {
-        Neighbours { first, n: 1, .. } => Quantity::MassOfBody(first),
-        Neighbours { first, last, .. } => Quantity::MassOfNeighbours(first, last),
-    }
 }
 
 /// A model whose bodies have the masses that a fit found, none of them known: a prior of the masses that are asked about would hold the new factors

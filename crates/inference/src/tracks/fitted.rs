@@ -1,15 +1,15 @@
 //! The motion that a fitted chain model gives.
 
 use chainwave_measurement::{Trajectory, map_in_parallel};
-use chainwave_mechanics::{Chain, Schedule, Sensitivities, simulate, simulate_with_friction};
+use chainwave_mechanics::{Chain, Resistance, Schedule, Sensitivities, simulate, simulate_with_resistance};
 use nalgebra::DVector;
 use ndarray::Array2;
 
 use super::family::Family;
 use super::outcome::TrackFit;
 use super::residuals::{SAMPLES_PER_FRAME, range_of, struck};
+use super::resistances::resistance;
 use crate::error::FitError;
-use crate::quantity::Quantity;
 
 /// The mean motion over the recordings' strikers at their mean impact, which is what stitching estimates.
 ///
@@ -24,8 +24,7 @@ pub fn fitted_motion(fit: &TrackFit, times_s: &[f64]) -> Result<Trajectory, FitE
     let moved = || fit.factors.iter().chain(&fit.found);
     shared.extend(moved().map(|(_, found)| found.value));
     let quantities = moved().map(|(quantity, _)| *quantity);
-    let friction_n = fit.found.iter().find(|(quantity, _)| *quantity == Quantity::Friction);
-    let friction_n = friction_n.map_or(0.0, |(_, found)| found.value);
+    let resistance = resistance(moved().map(|(quantity, found)| (*quantity, found.value)));
     let struck = struck(model, &DVector::from_vec(shared), quantities)?;
     let span_s = (times_s.last().copied().unwrap_or(0.0) - impact_time_s).max(f64::MIN_POSITIVE);
     let interval_s = span_s / (times_s.len().max(2) - 1) as f64 / SAMPLES_PER_FRAME;
@@ -44,7 +43,7 @@ pub fn fitted_motion(fit: &TrackFit, times_s: &[f64]) -> Result<Trajectory, FitE
         velocity_m_per_s: Array2::zeros((n_bodies, times_s.len())),
     };
     let motions =
-        map_in_parallel(struck.len(), model.n_threads, |k| rubbed(&struck[k], &schedule, friction_n));
+        map_in_parallel(struck.len(), model.n_threads, |k| resisted(&struck[k], &schedule, resistance));
     for (k, motion) in motions.into_iter().enumerate() {
         let (motion, weight) = (motion?, of_node(k));
         for (i, time_s) in times_s.iter().enumerate() {
@@ -58,17 +57,17 @@ pub fn fitted_motion(fit: &TrackFit, times_s: &[f64]) -> Result<Trajectory, FitE
     Ok(mean)
 }
 
-/// The motion of a chain, with what dry friction adds to it.
-fn rubbed(chain: &Chain, schedule: &Schedule, friction_n: f64) -> Result<Trajectory, FitError> {
-    if friction_n <= 0.0 {
+/// The motion of a chain, with what resists its bodies.
+fn resisted(chain: &Chain, schedule: &Schedule, resistance: Resistance) -> Result<Trajectory, FitError> {
+    if resistance == Resistance::default() {
         return Ok(simulate(chain, schedule)?.trajectory);
     }
     let Sensitivities { simulation, derivatives } =
-        simulate_with_friction(chain, schedule, &[], &[friction_n])?;
+        simulate_with_resistance(chain, schedule, &[], &[resistance])?;
     let mut motion = simulation.trajectory;
-    for rubbed in &derivatives {
-        motion.displacement_m += &rubbed.displacement_m;
-        motion.velocity_m_per_s += &rubbed.velocity_m_per_s;
+    for added in &derivatives {
+        motion.displacement_m += &added.displacement_m;
+        motion.velocity_m_per_s += &added.velocity_m_per_s;
     }
     Ok(motion)
 }

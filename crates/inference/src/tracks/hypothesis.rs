@@ -24,12 +24,20 @@ pub enum Hypothesis {
     ContactLaw,
     /// Bodies are rubbed by what carries them, with a force that does not depend on their speed.
     Friction,
+    /// Bodies are slowed as the square of their speed.
+    Drag,
+    /// Springs hold the bodies to ground.
+    GroundSprings,
     /// Neighbours are damped against each other.
     DampingBetween,
+    /// Damping changes steadily along the chain.
+    DampingGrade,
     /// Every second body is heavier or lighter.
     MassOfEverySecond,
     /// The last body is held by a wall in place of being free, or is free in place of held.
     OtherEnd,
+    /// Dampings scatter from body to body.
+    DampingsScatter,
     /// Masses scatter from body to body.
     MassesScatter,
     /// The contacts' stiffness scatters from gap to gap, and from theirs to the striker's.
@@ -38,6 +46,8 @@ pub enum Hypothesis {
 
 /// How far masses may scatter from body to body, relative to them (standard deviation), where tracks ask for it: wide beside the paper's 1.3 %.
 pub const UNSTATED_MASS_SCATTER: f64 = 0.05;
+/// The same of damping from body to body.
+pub(super) const UNSTATED_DAMPING_SCATTER: f64 = 0.3;
 /// The same of stiffness from gap to gap, of which 5 % have been seen.
 pub const UNSTATED_STIFFNESS_SCATTER: f64 = 0.15;
 
@@ -48,7 +58,7 @@ const MOST_NUMBERS: usize = 320;
 
 impl Hypothesis {
     /// All, simple ones first.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 16] = [
         Self::ContactStiffness,
         Self::BodyMass,
         Self::StrikerMass,
@@ -56,9 +66,13 @@ impl Hypothesis {
         Self::StrikerContact,
         Self::ContactLaw,
         Self::Friction,
+        Self::Drag,
+        Self::GroundSprings,
         Self::DampingBetween,
+        Self::DampingGrade,
         Self::MassOfEverySecond,
         Self::OtherEnd,
+        Self::DampingsScatter,
         Self::MassesScatter,
         Self::StiffnessScatters,
     ];
@@ -73,6 +87,10 @@ impl Hypothesis {
             Self::StrikerContact => "the striker's contact had a stiffness of its own",
             Self::ContactLaw => "the contacts followed another curve than stated (contact.a, delta_0_m, p)",
             Self::Friction => "dry friction held the bodies back",
+            Self::Drag => "drag slowed the bodies as the square of their speed",
+            Self::GroundSprings => "springs held the bodies to ground (chain.ground_stiffness_n_per_m)",
+            Self::DampingGrade => "damping changed steadily along the chain (chain.damping_kg_per_s)",
+            Self::DampingsScatter => "damping scattered from body to body (chain.damping_kg_per_s)",
             Self::DampingBetween => "neighbours were damped against each other",
             Self::MassOfEverySecond => "every second body had another mass (chain.mass_kg)",
             Self::OtherEnd => {
@@ -93,9 +111,12 @@ impl Hypothesis {
             Self::Scale => &[Quantity::Scale],
             Self::StrikerContact => &[Quantity::StrikerContact],
             Self::Friction => &[Quantity::Friction],
+            Self::Drag => &[Quantity::Drag],
+            Self::GroundSprings => &[Quantity::GroundSpring],
+            Self::DampingGrade => &[Quantity::DampingGrade],
             Self::DampingBetween => &[Quantity::DampingBetween],
             Self::MassOfEverySecond => &[Quantity::MassOfEverySecond],
-            Self::OtherEnd | Self::MassesScatter | Self::StiffnessScatters => &[],
+            Self::OtherEnd | Self::DampingsScatter | Self::MassesScatter | Self::StiffnessScatters => &[],
         }
     }
 
@@ -122,6 +143,12 @@ impl Hypothesis {
             Self::ContactLaw => {
                 let is_power = matches!(model.chain.contact.first().law, Law::Power(_));
                 is_power && !self.quantities().iter().any(is_prior)
+            }
+            Self::DampingsScatter => {
+                let is_free = |prior: &Prior| {
+                    matches!(prior.quantity, Quantity::DampingOfBody(_) | Quantity::DampingOfNeighbours(..))
+                };
+                !asked.contains(&Quantity::DampingGrade) && !model.priors.iter().any(is_free)
             }
             Self::MassesScatter | Self::StiffnessScatters => {
                 let is_free = |prior: &Prior| {
@@ -153,34 +180,14 @@ impl Hypothesis {
                     struck @ FarEnd::Struck(_) => struck,
                 };
             }
-            Self::MassesScatter => {
-                let prior = |group: Neighbours| match group {
-                    Neighbours { first, n: 1, .. } => (Quantity::MassOfBody(first), UNSTATED_MASS_SCATTER),
-                    Neighbours { first, last, n } => {
-                        (Quantity::MassOfNeighbours(first, last), UNSTATED_MASS_SCATTER / (n as f64).sqrt())
-                    }
-                };
-                let groups = Neighbours::of(bodies, MOST_NUMBERS).into_iter().map(prior);
-                model
-                    .priors
-                    .extend(groups.map(|(quantity, relative_sigma)| Prior { quantity, relative_sigma }));
+            Self::DampingsScatter => {
+                model.priors.extend(scattered(bodies, UNSTATED_DAMPING_SCATTER, damping_of));
             }
+            Self::MassesScatter => model.priors.extend(scattered(bodies, UNSTATED_MASS_SCATTER, mass_of)),
             Self::StiffnessScatters => {
-                let prior = |group: Neighbours| match group {
-                    Neighbours { first, n: 1, .. } => {
-                        (Quantity::StiffnessOfGap(first), UNSTATED_STIFFNESS_SCATTER)
-                    }
-                    Neighbours { first, last, n } => (
-                        Quantity::StiffnessOfNeighbours(first, last),
-                        UNSTATED_STIFFNESS_SCATTER / (n as f64).sqrt(),
-                    ),
-                };
                 let last = bodies.last().copied().unwrap_or(0).min(model.chain.n_bodies().saturating_sub(1));
                 let gaps: Vec<usize> = (1..=last).collect();
-                let groups = Neighbours::of(&gaps, MOST_NUMBERS).into_iter().map(prior);
-                model
-                    .priors
-                    .extend(groups.map(|(quantity, relative_sigma)| Prior { quantity, relative_sigma }));
+                model.priors.extend(scattered(&gaps, UNSTATED_STIFFNESS_SCATTER, stiffness_of));
                 // The striker meets body 1 in a contact like the others.
                 let is_prior = |prior: &Prior| prior.quantity == Quantity::StrikerContact;
                 if !asked.contains(&Quantity::StrikerContact) && !model.priors.iter().any(is_prior) {
@@ -195,6 +202,41 @@ impl Hypothesis {
 
     /// Whether it has a number for each body or gap, and would take the blame for anything simpler.
     pub(super) fn is_wide(self) -> bool {
-        matches!(self, Self::MassesScatter | Self::StiffnessScatters)
+        matches!(self, Self::DampingsScatter | Self::MassesScatter | Self::StiffnessScatters)
+    }
+}
+
+/// A number for each of some bodies or gaps, which scatter by so much, relative to them; neighbours share one where there are many, whose mean scatters
+/// by less.
+fn scattered(
+    numbers: &[usize],
+    scatter: f64,
+    quantity: impl Fn(&Neighbours) -> Quantity,
+) -> impl Iterator<Item = Prior> {
+    Neighbours::of(numbers, MOST_NUMBERS).into_iter().map(move |group| Prior {
+        quantity: quantity(&group),
+        relative_sigma: scatter / (group.n as f64).sqrt(),
+    })
+}
+
+fn damping_of(group: &Neighbours) -> Quantity {
+    match *group {
+        Neighbours { first, n: 1, .. } => Quantity::DampingOfBody(first),
+        Neighbours { first, last, .. } => Quantity::DampingOfNeighbours(first, last),
+    }
+}
+
+/// The factor on the mass of a group of neighbours, or of one body.
+pub(super) fn mass_of(group: &Neighbours) -> Quantity {
+    match *group {
+        Neighbours { first, n: 1, .. } => Quantity::MassOfBody(first),
+        Neighbours { first, last, .. } => Quantity::MassOfNeighbours(first, last),
+    }
+}
+
+fn stiffness_of(group: &Neighbours) -> Quantity {
+    match *group {
+        Neighbours { first, n: 1, .. } => Quantity::StiffnessOfGap(first),
+        Neighbours { first, last, .. } => Quantity::StiffnessOfNeighbours(first, last),
     }
 }

@@ -6,6 +6,7 @@ use super::bootstrap::OverTrials;
 use super::hypothesis::Hypothesis;
 use super::model::TrackModel;
 use super::profile::Interval;
+use super::selection::FAR_BEHIND;
 use super::structure::Structure;
 use super::usual_amplitudes::UsualAmplitudes;
 use crate::damping::Damping;
@@ -67,6 +68,11 @@ impl TrackFit {
     /// Whether the model, with what it was given beyond the stated one, leaves nothing but noise.
     pub fn leaves_noise_alone(&self) -> bool {
         self.structure.is_noise_alone()
+    }
+
+    /// Whether it explains the tracks as well as another fit does, or nearly: that is less than a thousand times likelier.
+    pub fn rivals(&self, other: &Self) -> bool {
+        self.chi_squared - other.chi_squared < FAR_BEHIND * other.reduced_chi_squared.max(1.0)
     }
 
     /// Whether its dampings may be believed: the model leaves nothing but noise, or what it leaves over cannot make c_d by itself (c_d is told

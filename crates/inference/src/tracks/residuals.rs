@@ -14,6 +14,7 @@ use nalgebra::DVector;
 
 use super::family::{Family, Struck};
 use super::model::TrackModel;
+use super::resistances::SharedResistances;
 use super::response::{Response, solve};
 use super::shared_errors::SharedErrors;
 use super::windows::{Sides, Windows, changes_of, n_outputs};
@@ -25,7 +26,7 @@ use crate::least_squares::{
 };
 use crate::priors::PriorFactors;
 use crate::quantity::Quantity;
-use crate::steps::{DAMPING_STEPS, FACTOR_STEP, FRICTION_STEP_N};
+use crate::steps::DAMPING_STEPS;
 use rows::{Rows, Seen};
 
 /// Simulated samples per frame; between them, cubic Hermite interpolation is exact to 1e-11 m on the paper's chain.
@@ -64,8 +65,8 @@ pub(super) struct SolvedModel {
     response: Response,
     /// Lengths in the pictures over true lengths, as factors, each with its place among the shared unknowns.
     scales: Vec<(Quantity, usize, f64)>,
-    /// Where dry friction stands among the shared unknowns. The response tells its effect at its value and a step above.
-    friction: Option<usize>,
+    /// What resists the bodies, whose lanes the response has.
+    resistances: SharedResistances,
 }
 
 /// What takes some positions, by their recording, body and time after the impact in seconds, and leaves others.
@@ -103,24 +104,20 @@ impl<'a> TrackResiduals<'a> {
         let critical = critical_kg_per_s(&model.chain);
         let quantities = || model.priors.iter().map(|prior| prior.quantity).chain(asked.iter().copied());
         let mut steps = DAMPING_STEPS.map(|step| step * critical).to_vec();
-        let step = |quantity: Quantity| match quantity.is_factor() {
-            true => FACTOR_STEP,
-            false => DAMPING_STEPS[0] * critical,
-        };
-        steps.extend(quantities().map(step));
+        let striker_m_per_s = model.striker_velocity_m_per_s.value;
+        steps.extend(quantities().map(|quantity| quantity.step(&model.chain, striker_m_per_s, critical)));
         let span = |observation: &Observation| observation.span_s().map_or(0.0, |span| span.1);
         let frame_s = observations.iter().map(Observation::frame_interval_s).fold(f64::INFINITY, f64::min);
         let last_s = observations.iter().map(span).fold(0.0, f64::max);
         let duration_s = last_s + (MARGIN_FRAMES * frame_s).max(0.1 * last_s);
         let schedule = Schedule::automatic(duration_s, frame_s / SAMPLES_PER_FRAME);
-        let mean = model.striker_velocity_m_per_s.value;
         let mut shared = vec![(0.0, f64::INFINITY); N_DAMPINGS];
         shared.extend(PriorFactors::new(&model.priors, N_DAMPINGS).bounds());
         shared.extend(asked.iter().map(|quantity| match quantity.is_factor() {
             true => (LARGEST_ASKED.recip(), LARGEST_ASKED),
             false => (0.0, f64::INFINITY),
         }));
-        let strikers = ((1.0 - WIDEST_DRIVE) * mean, (1.0 + WIDEST_DRIVE) * mean);
+        let strikers = ((1.0 - WIDEST_DRIVE) * striker_m_per_s, (1.0 + WIDEST_DRIVE) * striker_m_per_s);
         let bounds = Bounds { shared, own: [strikers, (f64::NEG_INFINITY, f64::INFINITY)] };
         let errors = SharedErrors::of(observations, model.reading_errors.iter().chain(&model.usual_errors));
         let (n_simulations, last) = (AtomicU64::new(0), Mutex::new(None));
@@ -156,11 +153,6 @@ impl<'a> TrackResiduals<'a> {
     /// The quantities among the shared unknowns, in their order.
     fn quantities(&self) -> impl Iterator<Item = Quantity> {
         self.model.priors.iter().map(|prior| prior.quantity).chain(self.asked.iter().copied())
-    }
-
-    /// Where a quantity stands among the shared unknowns.
-    fn unknown_of(&self, quantity: Quantity) -> Option<usize> {
-        self.quantities().position(|found| found == quantity).map(|i| N_DAMPINGS + i)
     }
 
     /// Chain simulations carried out.
@@ -223,22 +215,19 @@ impl<'a> TrackResiduals<'a> {
     /// The model at values of the unknowns, whose chains move so.
     fn model_of(&self, at: &Unknowns, motions: &[ReferenceMotion<'_>]) -> Result<SolvedModel, FitError> {
         self.n_simulations.fetch_add(motions.len() as u64, Ordering::Relaxed);
-        let friction = self.unknown_of(Quantity::Friction);
-        let frictions_n = friction.map_or(Vec::new(), |unknown| {
-            let force_n = at.shared[unknown];
-            vec![force_n, force_n + FRICTION_STEP_N]
-        });
-        let response = Response::new(self.family(at), motions, &frictions_n, self.model.n_threads)?;
+        let resistances = SharedResistances::of(self.quantities().zip(N_DAMPINGS..), &at.shared, &self.steps);
+        let lanes = resistances.lanes();
+        let response = Response::new(self.family(at), motions, &lanes, self.model.n_threads)?;
         let of_pictures =
             self.quantities().zip(N_DAMPINGS..).filter(|(quantity, _)| quantity.is_of_pictures());
         let scales = of_pictures.map(|(quantity, unknown)| (quantity, unknown, at.shared[unknown])).collect();
-        Ok(SolvedModel { response, scales, friction })
+        Ok(SolvedModel { response, scales, resistances })
     }
 
     /// The chain on both sides of each shared unknown that it feels; and which of them belongs to each shared unknown.
     fn sides(&self, at: &Unknowns) -> Result<(Vec<Sides>, Vec<Option<usize>>), FitError> {
-        // It does not feel the scale of the pictures, and friction's effect is added to its motion.
-        let is_felt = |quantity: Quantity| !quantity.is_of_pictures() && quantity != Quantity::Friction;
+        // It does not feel the scale of the pictures, and the effect of friction and drag is added to its motion.
+        let is_felt = |quantity: Quantity| !quantity.is_of_pictures() && !quantity.is_resistance();
         let all = [true; N_DAMPINGS].into_iter().chain(self.quantities().map(is_felt));
         let (mut sides, mut places) = (Vec::new(), Vec::new());
         for (i, (step, is_felt)) in self.steps.iter().zip(all).enumerate() {

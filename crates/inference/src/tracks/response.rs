@@ -3,19 +3,19 @@
 use std::{num::NonZero, ops::Range};
 
 use chainwave_measurement::{BodyTrack, SampleWeights, map_in_parallel};
-use chainwave_mechanics::{Chain, MechanicsError, ReferenceMotion, Schedule};
+use chainwave_mechanics::{Chain, MechanicsError, ReferenceMotion, Resistance, Schedule};
 
 use super::family::{Family, N_DERIVATIVE_NODES, Weights};
 use super::samples::Samples;
 use super::windows::Window;
 
-/// The motion at the nodes of a family, and what dry friction adds to it.
+/// The motion at the nodes of a family, and what resists the bodies adds to it.
 pub(super) struct Response {
     family: Family,
     times_s: Vec<f64>,
     nodes: Vec<Samples>,
-    /// For each force of dry friction and node.
-    frictions: Vec<Vec<Samples>>,
+    /// For each resistance and node.
+    resistances: Vec<Vec<Samples>>,
 }
 
 /// The motion that one striker drives, at the times of one recording.
@@ -38,8 +38,8 @@ pub(super) struct MotionOfTrack {
     pub(super) velocity_m_per_s: Vec<f64>,
     /// By the striker's velocity, in metres per (metre per second).
     pub(super) by_striker_s: Vec<f64>,
-    /// What each force of dry friction adds.
-    pub(super) frictions_m: Vec<Vec<f64>>,
+    /// What each resistance adds.
+    pub(super) resistances_m: Vec<Vec<f64>>,
     /// By each unknown, in metres per unit.
     pub(super) derivatives_m: Vec<Vec<f64>>,
 }
@@ -56,24 +56,24 @@ pub(super) fn solve<'a>(
 }
 
 impl Response {
-    /// Of the motions at the nodes of a family, and forces of dry friction in newtons.
+    /// Of the motions at the nodes of a family, and what resists the bodies.
     pub(super) fn new(
         family: Family,
         motions: &[ReferenceMotion<'_>],
-        frictions_n: &[f64],
+        asked: &[Resistance],
         n_threads: NonZero<usize>,
     ) -> Result<Self, MechanicsError> {
-        let rubbed = |node: usize| match frictions_n {
+        let resisted = |node: usize| match asked {
             [] => Ok(Vec::new()),
-            _ => motions[node].derivatives(&[], frictions_n),
+            _ => motions[node].derivatives(&[], asked),
         };
-        let mut frictions: Vec<Vec<Samples>> = frictions_n.iter().map(|_| Vec::new()).collect();
-        for rubbed in map_in_parallel(motions.len(), n_threads, rubbed) {
-            frictions.iter_mut().zip(rubbed?).for_each(|(all, one)| all.push(Samples::of(&one)));
+        let mut resistances: Vec<Vec<Samples>> = asked.iter().map(|_| Vec::new()).collect();
+        for resisted in map_in_parallel(motions.len(), n_threads, resisted) {
+            resistances.iter_mut().zip(resisted?).for_each(|(all, one)| all.push(Samples::of(&one)));
         }
         let trajectories = || motions.iter().map(|motion| &motion.simulation().trajectory);
         let times_s = trajectories().next().map_or(Vec::new(), |motion| motion.times_s.clone());
-        Ok(Self { family, times_s, nodes: trajectories().map(Samples::of).collect(), frictions })
+        Ok(Self { family, times_s, nodes: trajectories().map(Samples::of).collect(), resistances })
     }
 
     /// Number of outputs.
@@ -126,7 +126,7 @@ impl Driven<'_> {
             read(&|instant| instant.displacement_m(&mixed))
         };
         let by_striker_s = mixture(slope, &response.nodes);
-        let frictions_m = response.frictions.iter().map(|nodes| mixture(value, nodes)).collect();
+        let resistances_m = response.resistances.iter().map(|nodes| mixture(value, nodes)).collect();
         let first = window.outputs.start;
         let derivative_m = |nodes: &[Samples; N_DERIVATIVE_NODES]| {
             let range = range.start - first..range.end - first;
@@ -134,7 +134,7 @@ impl Driven<'_> {
             read(&|instant| instant.displacement_m(&mixed))
         };
         let derivatives_m = window.derivatives.iter().map(derivative_m).collect();
-        MotionOfTrack { frames, displacement_m, velocity_m_per_s, by_striker_s, frictions_m, derivatives_m }
+        MotionOfTrack { frames, displacement_m, velocity_m_per_s, by_striker_s, resistances_m, derivatives_m }
     }
 }
 

@@ -25,7 +25,7 @@ const WIDE_SHARE: f64 = 0.9;
 const FEIGNED_CHI_SQUARED: f64 = 100.0;
 
 /// A hypothesis whose chi squared is farther behind the best one's than this is a thousand times less likely, and no rival.
-const FAR_BEHIND: f64 = 14.0;
+pub(super) const FAR_BEHIND: f64 = 14.0;
 
 /// A model at its minimum, and what it leaves over.
 pub(super) struct Fit {
@@ -232,7 +232,7 @@ fn unit(fit: &Fit) -> f64 {
 
 /// The fit with one hypothesis more, from where it is, unless chi squared does not promise to fall to what is worth it; and the simulations
 /// behind that.
-fn freed(
+pub(super) fn freed(
     observations: &[Observation],
     fit: &Fit,
     hypothesis: Hypothesis,

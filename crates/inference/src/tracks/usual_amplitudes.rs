@@ -6,6 +6,9 @@ use nalgebra::{DMatrix, DVector};
 use super::residuals::TrackResiduals;
 use crate::least_squares::{NormalEquations, Reduced};
 
+/// Standard deviations beyond which an amplitude is told: once in eighty by chance.
+const TOLD: f64 = 2.5;
+
 /// Amplitudes of a model's usual errors, in their standard deviations and order, as the tracks and these tell them together.
 #[derive(Debug, Clone, PartialEq)]
 pub struct UsualAmplitudes {
@@ -29,6 +32,18 @@ impl UsualAmplitudes {
         };
         let n = usual.len();
         Self { values: DVector::from_fn(n, |i, _| value(i)), covariance: DMatrix::from_fn(n, n, covariance) }
+    }
+
+    /// Whether one of them is told.
+    pub fn are_told(&self) -> bool {
+        self.estimates().any(Self::is_told)
+    }
+
+    /// Whether readings without the error would seldom show this amplitude: of a prior of unit variance, an estimate that is uncertain by s scatters
+    /// about zero by s sqrt(1 - s^2).
+    pub fn is_told(amplitude: Estimate) -> bool {
+        let by_chance = amplitude.sigma * (1.0 - amplitude.sigma.powi(2)).max(0.0).sqrt();
+        amplitude.value.abs() > TOLD * by_chance
     }
 
     /// Each amplitude with its standard uncertainty.

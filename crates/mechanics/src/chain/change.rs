@@ -62,18 +62,34 @@ impl Change {
     }
 }
 
+/// What resists each body's motion beside its dashpot, the same on all of them.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Resistance {
+    /// Dry friction, in newtons: against the motion, and holding at rest where nothing stronger moves the body.
+    pub friction_n: f64,
+    /// Drag that grows as the square of the speed, in newtons over (metres per second) squared.
+    pub drag_kg_per_m: f64,
+}
+
+impl Resistance {
+    pub(super) fn check(&self) -> Result<(), MechanicsError> {
+        check::not_negative("friction_n", self.friction_n)?;
+        check::not_negative("drag_kg_per_m", self.drag_kg_per_m)
+    }
+}
+
 /// By what derivatives are asked for.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct DerivativeRequest<'a> {
     pub(crate) changes: &'a [Change],
-    /// Forces of dry friction whose effect is asked for behind the changes, in newtons.
-    pub(crate) frictions_n: &'a [f64],
+    /// What resists the bodies, whose effect is asked for behind the changes.
+    pub(crate) resistances: &'a [Resistance],
 }
 
 impl DerivativeRequest<'_> {
     /// Everything asked for.
     pub(crate) fn n(&self) -> usize {
-        self.changes.len() + self.frictions_n.len()
+        self.changes.len() + self.resistances.len()
     }
 }
 

@@ -8,7 +8,7 @@ use ndarray::{Array2, ShapeBuilder};
 
 use super::{
     automatic::{self, Carried},
-    change::{Change, DerivativeRequest},
+    change::{Change, DerivativeRequest, Resistance},
     replay::{Replay, Stretch},
     run::RunRequest,
     schedule::Schedule,
@@ -51,25 +51,24 @@ pub fn simulate_with_sensitivities(
     schedule: &Schedule,
     changes: &[Change],
 ) -> Result<Sensitivities, MechanicsError> {
-    solve(chain, schedule, DerivativeRequest { changes, frictions_n: &[] })
+    solve(chain, schedule, DerivativeRequest { changes, resistances: &[] })
 }
 
-/// The same, and behind the derivatives by the changes what dry friction does to the motion, for each of some forces: the motion with it less
-/// that without, in metres and metres per second. The force is the same on every body and against its motion, and holds it at rest
-/// where nothing stronger moves it.
+/// The same, and behind the derivatives by the changes what dry friction and drag do to the motion, for each of some resistances: the motion
+/// with it less that without, in metres and metres per second.
 ///
-/// The contacts answer the difference by their stiffness along the motion without friction: right to second order in the difference over
+/// The contacts answer the difference by their stiffness along the motion without it: right to second order in the difference over
 /// the length in which the contacts' stiffness changes.
 ///
 /// # Errors
-/// As for [`simulate_with_sensitivities`]; [`MechanicsError::NotPhysical`] for a negative force.
-pub fn simulate_with_friction(
+/// As for [`simulate_with_sensitivities`]; [`MechanicsError::NotPhysical`] for a negative resistance.
+pub fn simulate_with_resistance(
     chain: &Chain,
     schedule: &Schedule,
     changes: &[Change],
-    frictions_n: &[f64],
+    resistances: &[Resistance],
 ) -> Result<Sensitivities, MechanicsError> {
-    solve(chain, schedule, DerivativeRequest { changes, frictions_n })
+    solve(chain, schedule, DerivativeRequest { changes, resistances })
 }
 
 fn solve(
@@ -78,7 +77,7 @@ fn solve(
     asked: DerivativeRequest<'_>,
 ) -> Result<Sensitivities, MechanicsError> {
     let motion = ReferenceMotion::solve(chain, schedule)?;
-    let derivatives = motion.derivatives(asked.changes, asked.frictions_n)?;
+    let derivatives = motion.derivatives(asked.changes, asked.resistances)?;
     Ok(Sensitivities { simulation: motion.simulation, derivatives })
 }
 
@@ -129,19 +128,19 @@ impl<'a> ReferenceMotion<'a> {
         self.simulation.trajectory.times_s.len()
     }
 
-    /// The variational equations of changes and, behind them, of forces of dry friction in newtons ([`simulate_with_friction`]), at t = 0.
+    /// The variational equations of changes and, behind them, of what resists the bodies ([`simulate_with_resistance`]), at t = 0.
     ///
     /// # Errors
     /// Of any of the chains that make no sense; [`MechanicsError::NotAlike`] for changes that are more than changed numbers;
-    /// [`MechanicsError::NotPhysical`] for a negative force.
+    /// [`MechanicsError::NotPhysical`] for a negative resistance.
     pub fn variations<'b>(
         &'b self,
         changes: &'b [Change],
-        frictions_n: &'b [f64],
+        resistances: &'b [Resistance],
     ) -> Result<Variations<'b>, MechanicsError> {
         changes.iter().enumerate().try_for_each(|(index, change)| change.check(index, self.chain))?;
-        frictions_n.iter().try_for_each(|force_n| check::not_negative("friction_n", *force_n))?;
-        let asked = DerivativeRequest { changes, frictions_n };
+        resistances.iter().try_for_each(Resistance::check)?;
+        let asked = DerivativeRequest { changes, resistances };
         Ok(Variations {
             motion: self,
             tangent: Tangent::new(self.chain, &self.model, asked),
@@ -159,16 +158,16 @@ impl<'a> ReferenceMotion<'a> {
         Replay::of(self.instead.as_ref().unwrap_or(self.chain), self.order, self.n_outputs())
     }
 
-    /// The derivatives by changes and forces of dry friction ([`ReferenceMotion::variations`]) at all outputs.
+    /// The derivatives by changes and the effects of resistances ([`ReferenceMotion::variations`]) at all outputs.
     ///
     /// # Errors
     /// As for the variations.
     pub fn derivatives(
         &self,
         changes: &[Change],
-        frictions_n: &[f64],
+        resistances: &[Resistance],
     ) -> Result<Vec<Trajectory>, MechanicsError> {
-        let mut variations = self.variations(changes, frictions_n)?;
+        let mut variations = self.variations(changes, resistances)?;
         if variations.n == 0 {
             return Ok(Vec::new());
         }

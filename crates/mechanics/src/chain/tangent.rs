@@ -5,7 +5,7 @@ mod along;
 use chainwave_measurement::Trajectory;
 use pulp::{Simd, WithSimd};
 
-use super::change::DerivativeRequest;
+use super::change::{DerivativeRequest, Resistance};
 use super::front::MARGIN;
 use crate::equations::{model::ChainModel, parameters::Chain, row::RowEnd};
 use crate::lanes::{self};
@@ -19,10 +19,10 @@ use along::{Along, Closing, Coefficients};
 pub(crate) struct Tangent<'a> {
     model: &'a ChainModel<'a>,
     along: Along<'a>,
-    /// Forces of dry friction, in newtons, and the first of their lanes.
-    frictions_n: &'a [f64],
-    first_friction: usize,
-    /// Changes and forces of friction, up to whole vectors.
+    /// What resists the bodies, and the first of its lanes.
+    resistances: &'a [Resistance],
+    first_resistance: usize,
+    /// Changes and resistances, up to whole vectors.
     n_lanes: usize,
     here: Derivatives,
     /// Derivatives of the displacement at which a stage is evaluated; those of the velocity are the stage's rates of them.
@@ -61,12 +61,12 @@ impl<'a> Tangent<'a> {
         }
         let coefficients = along.coefficients(n_lanes);
         let is_zero = |values: &[f64]| values.iter().all(|value| *value == 0.0);
-        let sleeps = asked.frictions_n.is_empty() && is_zero(&here.s) && is_zero(&here.u);
+        let sleeps = asked.resistances.is_empty() && is_zero(&here.s) && is_zero(&here.u);
         let mut tangent = Self {
             model,
             along,
-            frictions_n: asked.frictions_n,
-            first_friction: asked.changes.len(),
+            resistances: asked.resistances,
+            first_resistance: asked.changes.len(),
             n_lanes,
             here,
             trial_s: row,
@@ -235,23 +235,25 @@ impl<'a> Tangent<'a> {
         }
     }
 
-    /// Adds dry friction to the rates of a stage at its state.
+    /// Adds dry friction and drag to the rates of a stage at its state.
     ///
-    /// Below a creeping speed it grows with speed, which stands for holding; the creeping is as slow as a step of `h_s` can follow.
+    /// Below a creeping speed friction grows with speed, which stands for holding; the creeping is as slow as a step of `h_s` can follow.
     #[inline(always)]
     fn rub(&mut self, stage: usize, h_s: f64) {
         let v_m_per_s = &self.coefficients[COEFFICIENTS_OF_STAGE[stage]].v_m_per_s;
-        for (k, force_n) in self.frictions_n.iter().enumerate() {
-            let lane = self.first_friction + k;
+        for (k, Resistance { friction_n, drag_kg_per_m }) in self.resistances.iter().enumerate() {
+            let lane = self.first_resistance + k;
             let masses = v_m_per_s.iter().zip(self.model.inverse_mass_per_kg.iter()).enumerate();
             let rubbed = masses.skip(self.model.first_gap()).take(self.model.n_gaps() + 1);
             for (mass, (driven_m_per_s, inverse_mass_per_kg)) in rubbed {
                 let place = mass * self.n_lanes + lane;
-                let most_m_per_s2 = force_n * inverse_mass_per_kg;
+                let most_m_per_s2 = friction_n * inverse_mass_per_kg;
                 let creeping_m_per_s = CREEPING_M_PER_S.max(most_m_per_s2 * h_s);
                 let Derivatives { s: trial_u, u: rates } = &mut self.stages[stage];
-                let speed = (driven_m_per_s + trial_u[place]) / creeping_m_per_s;
-                rates[place] -= most_m_per_s2 * speed / (1.0 + speed * speed).sqrt();
+                let v_m_per_s = driven_m_per_s + trial_u[place];
+                let speed = v_m_per_s / creeping_m_per_s;
+                rates[place] -= most_m_per_s2 * speed / (1.0 + speed * speed).sqrt()
+                    + drag_kg_per_m * inverse_mass_per_kg * v_m_per_s * v_m_per_s.abs();
             }
         }
     }

@@ -6,7 +6,6 @@ use super::super::response::{Driven, MotionOfTrack};
 use super::super::windows::Window;
 use super::{Residual, SolvedModel};
 use crate::least_squares::{N_OWN, Own, Row};
-use crate::steps::FRICTION_STEP_N;
 
 /// The rows of one recording's equations.
 pub(super) struct Rows<'a> {
@@ -126,8 +125,8 @@ impl<'a> Rows<'a> {
         let scale = self.scale;
         let factor = scale * inverse_sigma;
         let last = row.len() - 1;
-        let rubbed_m = |force: usize| motion.frictions_m[force][place];
-        let x_m = motion.displacement_m[place] + self.model.friction.map_or(0.0, |_| rubbed_m(0));
+        let resisted_m = |which: usize| motion.resistances_m.get(which).map_or(0.0, |added_m| added_m[place]);
+        let x_m = motion.displacement_m[place] + resisted_m(0);
         row[0] = factor * motion.by_striker_s[place];
         row[1] = -factor * motion.velocity_m_per_s[place];
         row[last] = factor * x_m - position_m * inverse_sigma;
@@ -137,8 +136,8 @@ impl<'a> Rows<'a> {
         for (unknown, factor) in self.model.scales_of(self.observation.view) {
             row[N_OWN + unknown] = x_m * inverse_sigma * (scale / factor);
         }
-        if let Some(unknown) = self.model.friction {
-            row[N_OWN + unknown] = factor * (rubbed_m(1) - rubbed_m(0)) / FRICTION_STEP_N;
+        for (above, unknown, step) in self.model.resistances.steps() {
+            row[N_OWN + unknown] = factor * (resisted_m(above) - resisted_m(0)) / step;
         }
     }
 }
