@@ -47,7 +47,7 @@ pub enum Quantity {
     /// Stiffness of springs that hold each body to ground beside what is stated, in newtons per metre; not a factor, and none where nothing is
     /// said.
     GroundSpring,
-    /// Damping of the last body over that of the first, each over what is stated of it; it changes steadily in between, and the mean stays.
+    /// Damping of the last body over that of the first, each over what is stated of it; in between it changes by as much from body to body, and the mean stays.
     DampingGrade,
     /// Damping of one body, from 1; the mean of all stays.
     DampingOfBody(usize),
@@ -176,7 +176,7 @@ impl Quantity {
             }
             Self::DampingGrade => {
                 let last = chain.damping_kg_per_s.len().saturating_sub(1).max(1) as f64;
-                damp(chain, |body| factor.powf(body as f64 / last));
+                damp(chain, |body| 1.0 + (factor - 1.0) * body as f64 / last);
             }
             Self::DampingOfBody(body) => damp_bodies(chain, [body, body], factor),
             Self::DampingOfNeighbours(first, last) => damp_bodies(chain, [first, last], factor),

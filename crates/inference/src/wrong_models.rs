@@ -54,6 +54,14 @@ pub struct ChainBeyondModel {
     pub stiffness_scatter: f64,
     /// Damping between neighbours, in kilograms per second.
     pub damping_between_kg_per_s: f64,
+    /// Drag of each body over the square of its speed, in kilograms per metre.
+    pub drag_kg_per_m: f64,
+    /// Stiffness of springs that hold each body to ground, in newtons per metre.
+    pub ground_n_per_m: f64,
+    /// By how much the damping of the last body exceeds the mean, and that of the first falls short of it, relative to it.
+    pub damping_grade: f64,
+    /// Relative standard deviation of dampings from body to body, whose mean is c_d.
+    pub damping_scatter: f64,
     /// Whether a wall holds the last body.
     pub is_held: bool,
     /// Exponent that is added to the contact law's.
@@ -74,6 +82,10 @@ impl ChainBeyondModel {
         mass_scatter: 0.0,
         stiffness_scatter: 0.0,
         damping_between_kg_per_s: 0.0,
+        drag_kg_per_m: 0.0,
+        ground_n_per_m: 0.0,
+        damping_grade: 0.0,
+        damping_scatter: 0.0,
         is_held: false,
         exponent_added: 0.0,
         noise_m: 4e-7,
@@ -83,7 +95,7 @@ impl ChainBeyondModel {
     const NOISY: Self = Self { noise_m: 2e-6, ..Self::AS_STATED };
 
     /// The chains of the proof: sound, wrong by a little, wrong by much, and two things wrong at once.
-    pub const ALL: [Self; 18] = [
+    pub const ALL: [Self; 22] = [
         Self::AS_STATED,
         Self { name: "dry friction of 0.3 mN", friction_n: 3e-4, ..Self::AS_STATED },
         Self { name: "dry friction of 0.03 mN", friction_n: 3e-5, ..Self::AS_STATED },
@@ -95,6 +107,10 @@ impl ChainBeyondModel {
         Self { name: "masses scatter by 1.3 %", mass_scatter: 0.013, ..Self::AS_STATED },
         Self { name: "stiffness scatters by 5 %", stiffness_scatter: 0.05, ..Self::AS_STATED },
         Self { name: "dampers between neighbours", damping_between_kg_per_s: 2e-3, ..Self::AS_STATED },
+        Self { name: "drag of 0.1 g/m", drag_kg_per_m: 1e-4, ..Self::AS_STATED },
+        Self { name: "springs of 0.1 N/m to ground", ground_n_per_m: 0.1, ..Self::AS_STATED },
+        Self { name: "damping from 0.9 to 1.1", damping_grade: 0.1, ..Self::AS_STATED },
+        Self { name: "damping scatters by 10 %", damping_scatter: 0.1, ..Self::AS_STATED },
         Self { name: "a wall at the far end", is_held: true, ..Self::AS_STATED },
         Self { name: "p 0.3 % off", exponent_added: 0.114 * 0.003, ..Self::AS_STATED },
         Self { name: "friction, and A 0.15 % off", friction_n: 3e-4, stiffness: 1.0015, ..Self::AS_STATED },
@@ -164,12 +180,22 @@ fn filmed(truth: &ChainBeyondModel, seed: u64) -> Result<Vec<Observation>, FitEr
         truth: *truth,
         mass_kg: vec![STRIKER_KG],
         stiffness: vec![truth.stiffness * truth.striker_contact],
+        damping_kg_per_s: vec![0.0],
     };
     for body in 0..N_BODIES {
         let pattern = if body % 2 == 1 { truth.every_second } else { 1.0 };
         bodies.mass_kg.push(BODY_KG * pattern * (1.0 + normal(truth.mass_scatter)));
         bodies.stiffness.push(truth.stiffness * (1.0 + normal(truth.stiffness_scatter)));
     }
+    let shape = |body: usize| {
+        let along = 2.0 * body as f64 / (N_BODIES - 1) as f64 - 1.0;
+        1.0 + truth.damping_grade * along
+    };
+    // No draws where nothing scatters: what was counted of other chains stays.
+    let mut scatter = || if truth.damping_scatter > 0.0 { normal(truth.damping_scatter) } else { 0.0 };
+    let factors: Vec<f64> = (0..N_BODIES).map(|body| shape(body) + scatter()).collect();
+    let mean = factors.iter().sum::<f64>() / N_BODIES as f64;
+    bodies.damping_kg_per_s.extend(factors.iter().map(|factor| C_D_KG_PER_S * factor / mean));
     let mut observations = Vec::new();
     for view in 0..N_VIEWS {
         for trial in 0..N_TRIALS {
@@ -207,6 +233,8 @@ struct Bodies {
     mass_kg: Vec<f64>,
     /// Factor on the force of the contact behind each mass; the last is a wall's.
     stiffness: Vec<f64>,
+    /// Damping of each mass to ground, in kilograms per second.
+    damping_kg_per_s: Vec<f64>,
 }
 
 impl Bodies {
@@ -252,7 +280,11 @@ impl Bodies {
                 _ => spring_n + self.truth.damping_between_kg_per_s * closing,
             };
             let rubbed_n = self.truth.friction_n * (v_m_per_s[mass] / HELD_M_PER_S).tanh();
-            let ground_n = if mass == 0 { 0.0 } else { C_D_KG_PER_S * v_m_per_s[mass] + rubbed_n };
+            let v = v_m_per_s[mass];
+            let resisted_n = rubbed_n + self.truth.drag_kg_per_m * v * v.abs();
+            let sprung_n = self.truth.ground_n_per_m * x_m[mass];
+            let ground_n =
+                if mass == 0 { 0.0 } else { self.damping_kg_per_s[mass] * v + resisted_n + sprung_n };
             rates[mass] = v_m_per_s[mass];
             rates[n + mass] = (before_n - behind_n - ground_n) / self.mass_kg[mass];
             before_n = behind_n;

@@ -4,9 +4,9 @@ use std::num::NonZero;
 
 use chainwave_analysis::{Departure, Measurement, Pulses, Spacing};
 use chainwave_inference::{
-    EnergyFit, EnergyModel, FitError, ImposedFit, ImposedModel, LeftByStated, Prior, Quantity, Reached,
-    ReleasedFit, ReleasedModel, StatedSearch, TrackFit, TrackModel, fit_imposed, fit_peak_energies,
-    fit_release, fit_tracks, reached, scatter_of_bodies, softening,
+    EnergyFit, EnergyModel, FitError, ImposedFit, ImposedModel, Prior, Quantity, Reached, ReleasedFit,
+    ReleasedModel, TrackFit, TrackModel, fit_imposed, fit_peak_energies, fit_release, fit_tracks, reached,
+    scatter_of_bodies, softening,
 };
 use chainwave_measurement::{Estimate, Observation, SharedReadingError};
 use chainwave_mechanics::Chain;
@@ -118,7 +118,7 @@ impl<'a> Material<'a> {
         let (reached, track_fit) = match self.moves().and_then(|()| self.reached(observations)) {
             Ok((model, Reached { observations: reached, impact_times_s: impacts_s })) => {
                 let elsewhere = imposed_fit.as_ref().ok().map(|fit| fit.chain_damping_kg_per_s.value);
-                let fit = self.fit_to((&reached, &impacts_s), &model, elsewhere);
+                let fit = fit_tracks(&reached, &impacts_s, &model, elsewhere);
                 (reached, fit)
             }
             Err(why) => (observations.to_vec(), Err(why)),
@@ -137,56 +137,13 @@ impl<'a> Material<'a> {
         if moves { Ok(()) } else { Err(FitError::NothingMoves { expected: LEAST_MOTION_SIGMAS }) }
     }
 
-    /// The fit to tracks with these impacts; with what a camera that nothing calibrated leaves open, where that may be behind what the stated model leaves
-    /// over, and explains as much. Where the chain may as well be another than stated, both are open.
-    fn fit_to(
-        &self,
-        (reached, impacts_s): (&[Observation], &[f64]),
-        model: &TrackModel,
-        elsewhere: Option<f64>,
-    ) -> Result<TrackFit, FitError> {
-        let stated = StatedSearch::new(reached, impacts_s, model)?;
-        if !self.may_be_geometry(&stated) {
-            return stated.fit(elsewhere);
-        }
-        let is_structured = stated.left().is_some_and(|left| left.structure.is_told());
-        let with_geometry = TrackModel { usual_errors: self.usual_geometry.errors.clone(), ..model.clone() };
-        let open = fit_tracks(reached, impacts_s, &with_geometry, elsewhere);
-        let is_disputed = |open: &TrackFit| is_structured || open.usual_amplitudes.are_told();
-        let open = match open {
-            Ok(open) if open.leaves_noise_alone() && !is_disputed(&open) => return Ok(open),
-            open => open,
-        };
-        let square = stated.fit(elsewhere);
-        let Some(open) = open.as_ref().ok().filter(|open| open.leaves_noise_alone()) else {
-            let square = square?;
-            return Ok(open.ok().filter(|_| !square.leaves_noise_alone()).unwrap_or(square));
-        };
-        let is_rival = |square: &TrackFit| {
-            square.leaves_noise_alone() && !square.beyond.is_empty() && square.rivals(open)
-        };
-        let both = square.ok().filter(is_rival).and_then(|square| {
-            let open = StatedSearch::new(reached, impacts_s, &with_geometry);
-            let both = open.and_then(|open| open.fit_beyond(&square)).ok();
-            both.filter(TrackFit::leaves_noise_alone)
-        });
-        Ok(both.unwrap_or_else(|| open.clone()))
-    }
-
-    /// Whether a usual geometry may be behind what the stated model leaves over.
-    fn may_be_geometry(&self, stated: &StatedSearch<'_>) -> bool {
-        let is_as_small = |left: LeftByStated| {
-            let size = left.structure.size.max((left.reduced_chi_squared - 1.0).max(0.0).sqrt());
-            size < LARGEST_BY_GEOMETRY
-        };
-        !self.usual_geometry.errors.is_empty() && stated.left().is_some_and(is_as_small)
-    }
-
     /// The chain model as a fit to the tracks starts from it, and the recordings, with their impacts as the alignment has them, that tell when
     /// its wave came.
     fn reached(&self, observations: &[Observation]) -> Result<(TrackModel, Reached), FitError> {
         let model = track_model(self.experiment, self.chain.clone(), self.priors, self.n_threads)?;
-        let model = TrackModel { reading_errors: self.reading_errors.to_vec(), ..model };
+        let (reading_errors, usual_errors) =
+            (self.reading_errors.to_vec(), self.usual_geometry.errors.clone());
+        let model = TrackModel { reading_errors, usual_errors, ..model };
         let alignments = &self.stitched.alignments;
         let impact_s = first_impact_s(&self.stitched.motion, self.chain)?;
         let impacts_s: Vec<f64> =
@@ -229,10 +186,6 @@ impl<'a> Material<'a> {
 
 /// How far a body must leave its place, in its uncertainties: none of a million samples does by chance.
 const LEAST_MOTION_SIGMAS: f64 = 5.0;
-
-/// What the stated model may leave over, in deviations of the noise, where a camera's usual geometry may be behind it: that moves a body by some thousandths of
-/// its way, and noise is some ten-thousandths. What is larger has another cause, and a fit with so much left open goes astray.
-const LARGEST_BY_GEOMETRY: f64 = 5.0;
 
 /// Refuses to fit a model that nobody asks for.
 fn asked(experiment: &Experiment) -> Result<(), FitError> {

@@ -64,7 +64,7 @@ pub(super) fn directed(
     Ok((tried.into_iter().filter_map(of).collect(), problem.n_simulations()))
 }
 
-/// How likely each hypothesis is before the tracks are asked, against the model as stated: there are nine or so, of which most experiments
+/// How likely each hypothesis is before the tracks are asked, against the model as stated: there are twelve or so, of which most experiments
 /// have none or one.
 pub const ODDS_OF_A_CAUSE: f64 = 0.2;
 /// How large its quantities may be then, in standard errors: what is much larger is told, what is much smaller does no harm.

@@ -42,6 +42,21 @@ fn dry_friction_is_told_from_drag() {
 }
 
 #[test]
+fn drag_is_told_from_damping() {
+    hold("drag of 0.1 g/m", Hypothesis::Drag);
+}
+
+#[test]
+fn springs_to_ground_are_told() {
+    hold("springs of 0.1 N/m to ground", Hypothesis::GroundSprings);
+}
+
+#[test]
+fn damping_that_changes_along_the_chain_is_told() {
+    hold("damping from 0.9 to 1.1", Hypothesis::DampingGrade);
+}
+
+#[test]
 fn a_law_that_is_off_by_a_little_is_told() {
     hold("A 0.15 % off", Hypothesis::ContactStiffness);
 }
@@ -64,7 +79,7 @@ fn a_chain_as_stated_is_left_as_it_is() {
         assert!(fit.stated == Some(fit.by_noise), "{fit:?}");
         let (found, by_noise) = (fit.damping.chain_damping_kg_per_s, fit.by_noise.chain_damping_kg_per_s);
         assert!((found.value - by_noise.value).abs() < f64::EPSILON, "{fit:?}");
-        // Nine hypotheses at odds of one to five or less, none of which carries more than a third of the variance of c_d a sigma: where one is
+        // Twelve hypotheses at odds of one to five or less, none of which carries more than a third of the variance of c_d a sigma: where one is
         // at the edge of being told (ten times the variance of its own) and likelier than the model as stated, the variance is four times.
         assert!((1.0..2.0).contains(&(found.sigma / by_noise.sigma)), "{found:?} by noise {by_noise:?}");
     }

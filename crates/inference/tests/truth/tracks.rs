@@ -172,7 +172,10 @@ fn errors_that_trials_share_are_found_along_and_stand_in_the_sigmas() {
 /// Trials of a view that a camera saw which is turned about the vertical: displacements are too large by so much at its right edge, and too small by
 /// as much at its left one. And what a turn of one standard deviation makes of them.
 fn turned(seed: u64, share: f64, sigma: f64) -> (Experiment, SharedReadingError) {
-    let mut made = experiment(seed, 1.0);
+    seen_turned(experiment(seed, 1.0), share, sigma)
+}
+
+fn seen_turned(mut made: Experiment, share: f64, sigma: f64) -> (Experiment, SharedReadingError) {
     made.observations.retain(|one| one.view == 0);
     let mut of_tracks = Vec::new();
     for one in &mut made.observations {
@@ -218,6 +221,41 @@ fn what_nothing_excludes_of_a_camera_is_no_damping() {
                 without.damping
             );
         }
+    }
+}
+
+/// A square camera that may be turned, before a chain whose damping is another in each body, or that springs hold: a turn would explain most of that.
+#[test]
+fn a_chain_that_is_not_as_stated_is_no_turned_camera() {
+    type Change = fn(&mut Chain);
+    let grade: Change = |chain| {
+        (0..N_BODIES).for_each(|i| chain.damping_kg_per_s[i] *= 0.7 + 0.6 * i as f64 / (N_BODIES - 1) as f64);
+    };
+    // Their mean is one.
+    let scatter: Change = |chain| {
+        let factors = [1.3, 0.8, 0.9, 1.4, 0.7, 1.2, 0.7, 0.9, 1.1, 1.0, 1.2, 0.8];
+        chain.damping_kg_per_s.iter_mut().zip(factors).for_each(|(c, factor)| *c *= factor);
+    };
+    let springs: Change = |chain| chain.ground_stiffness_n_per_m = vec![0.5; N_BODIES];
+    let expected = [Hypothesis::DampingGrade, Hypothesis::DampingsScatter, Hypothesis::GroundSprings];
+    for (change, expected) in [grade, scatter, springs].into_iter().zip(expected) {
+        let made = filmed_of(21, NOISE_M, |_, striker_m_per_s| {
+            let mut struck = chain(C_D, C_S, striker_m_per_s);
+            change(&mut struck);
+            struck
+        });
+        let (experiment, turn) = seen_turned(made, 0.0, 1e-3);
+        let stated = TrackModel { usual_errors: vec![turn], ..model(Vec::new()) };
+        let fit = fit_tracks(&experiment.observations, &[0.0; 2], &stated, None).unwrap();
+        let off = |damping: &Damping| {
+            let c_d = damping.chain_damping_kg_per_s;
+            (c_d.value - C_D).abs() / c_d.sigma
+        };
+        // Three numbers, one of which lies so far off by chance once in 1000 runs.
+        assert!(off(&fit.damping) < 3.6, "{expected:?}: {:?} as if {:?}", fit.damping, fit.beyond);
+        assert!(fit.leaves_noise_alone(), "{expected:?}: {:?}", fit.structure);
+        let named = fit.beyond.iter().chain(&fit.rivals).any(|one| *one == expected);
+        assert!(named, "{expected:?}: {:?}, {:?}", fit.beyond, fit.rivals);
     }
 }
 
