@@ -4,8 +4,8 @@ mod camera_effects;
 mod faults;
 mod other_chains;
 mod protocols;
+mod resisted;
 mod rings;
-mod rubbed;
 mod truth;
 mod wrong_chains;
 
@@ -13,7 +13,7 @@ use std::num::NonZero;
 use std::path::Path;
 
 use chainwave_measurement::{Estimate, Trajectory, map_in_parallel};
-use chainwave_mechanics::{Chain, Contacts, Schedule};
+use chainwave_mechanics::{Chain, Contacts, Resistance, Schedule};
 use chainwave_synthetic::trials::{
     BodyQuantity, Draw, Scatter, body_factors, draw, stage_error_m, view_trigger_s,
 };
@@ -23,8 +23,8 @@ pub use self::camera_effects::CameraEffect;
 use self::faults::Faults;
 pub use self::other_chains::OtherChain;
 pub use self::protocols::Protocol;
+use self::resisted::resisted;
 pub use self::rings::ring_centres;
-use self::rubbed::rubbed;
 pub use self::truth::{MeanMotion, StrikerTruth, TrueTrial, Truth};
 pub use self::wrong_chains::WrongChain;
 use crate::camera::calibration::ChainMap;
@@ -267,13 +267,13 @@ impl<'a> Studio<'a> {
         let dampings = [self.synthetic.damping_kg_per_s.get(), self.synthetic.c_s_kg_per_s()];
         let stated = self.experiment.chain_driven(draw.striker_velocity_m_per_s, dampings, duration_s)?;
         let chain = Chain { mass_kg: self.masses_kg.clone(), contact: self.contact.clone(), ..stated };
-        let (model, friction_n) = match &self.synthetic.chain {
-            Some(truth) => (truth.of(chain), truth.friction_n.get()),
-            None => (chain, 0.0),
+        let (model, resistance) = match &self.synthetic.chain {
+            Some(truth) => (truth.of(chain), truth.resistance()),
+            None => (chain, Resistance::default()),
         };
-        if friction_n > 0.0 {
-            self.expect_no_far_striker("[synthetic.chain] friction_n: expected 0")?;
-            return rubbed(&model, friction_n, duration_s, interval_s);
+        if resistance != Resistance::default() {
+            self.expect_no_far_striker("[synthetic.chain] friction_n, drag_kg_per_m: expected 0")?;
+            return resisted(&model, resistance, duration_s, interval_s);
         }
         let schedule = Schedule::automatic(duration_s, interval_s);
         Ok(self.experiment.seen_from_rest(chainwave_mechanics::simulate(&model, &schedule)?.trajectory))

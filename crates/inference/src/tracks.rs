@@ -89,10 +89,12 @@ pub fn fit_tracks(
     let exact = stated.fit(elsewhere_kg_per_s);
     match (open, exact) {
         (Some(open), Ok(exact)) if open.leaves_noise_alone() => {
-            let is_rival = exact.leaves_noise_alone() && !exact.beyond.is_empty() && exact.rivals(&open);
-            let both = is_rival.then(|| search().and_then(|open| open.fit_beyond(&exact)));
-            let both = both.and_then(Result::ok).filter(TrackFit::leaves_noise_alone);
-            Ok(both.unwrap_or(open))
+            if !exact.rivals(&open) {
+                return Ok(open);
+            }
+            let both = search().and_then(|open| open.fit_beyond(&exact)).ok();
+            let both = both.filter(|both| both.leaves_noise_alone() && both.tells_more_than(&open));
+            Ok(both.unwrap_or_else(|| open.beside(&exact)))
         }
         (Some(open), Ok(exact)) => Ok(if exact.leaves_noise_alone() { exact } else { open }),
         (Some(open), Err(_)) if open.leaves_noise_alone() => Ok(open),

@@ -1,6 +1,6 @@
 //! What is true of a chain that is filmed, where that is not what the experiment states.
 
-use chainwave_mechanics::{Chain, Law, PowerLaw};
+use chainwave_mechanics::{Chain, Law, PowerLaw, Resistance};
 use serde::{Deserialize, Serialize};
 
 use super::far_end::FarEndTable;
@@ -12,6 +12,13 @@ use crate::input::numbers::{NotNegative, Positive};
 pub struct TrueChain {
     /// Dry friction that holds each body back.
     pub friction_n: NotNegative,
+    /// Drag of each body over the square of its speed, in kilograms per metre.
+    pub drag_kg_per_m: NotNegative,
+    /// Stiffness of springs that hold each body to ground, beside what is stated.
+    pub ground_stiffness_n_per_m: NotNegative,
+    /// Damping of the last body over that of the first, each over what is stated of it; in between it changes by as much from body to body, and the mean stays.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub damping_of_last_body_over_first: Option<Positive>,
     /// Damping between neighbours.
     pub damping_between_kg_per_s: NotNegative,
     /// Factor on the stiffness of all contacts.
@@ -32,6 +39,11 @@ pub struct TrueChain {
 }
 
 impl TrueChain {
+    /// What resists the bodies beside their dampers.
+    pub(crate) fn resistance(&self) -> Resistance {
+        Resistance { friction_n: self.friction_n.get(), drag_kg_per_m: self.drag_kg_per_m.get() }
+    }
+
     /// The chain as it is, from what is stated of it.
     pub(crate) fn of(&self, mut chain: Chain) -> Chain {
         let factor = |factor: Option<Positive>| factor.map_or(1.0, Positive::get);
@@ -48,9 +60,31 @@ impl TrueChain {
         }
         let every_second = factor(self.every_second_mass_factor);
         chain.mass_kg.iter_mut().skip(1).step_by(2).for_each(|mass_kg| *mass_kg *= every_second);
+        if self.ground_stiffness_n_per_m.get() > 0.0 {
+            chain.ground_stiffness_n_per_m.resize(chain.mass_kg.len(), 0.0);
+            let springs = chain.ground_stiffness_n_per_m.iter_mut();
+            springs.for_each(|k_n_per_m| *k_n_per_m += self.ground_stiffness_n_per_m.get());
+        }
+        if let Some(ratio) = self.damping_of_last_body_over_first {
+            grade(&mut chain.damping_kg_per_s, ratio.get());
+        }
         if let Some(far_end) = self.far_end {
             chain.far_end = far_end.into();
         }
         chain
+    }
+}
+
+/// Multiplies dampings by factors that grow by as much from body to body, so that their mean stays.
+fn grade(damping_kg_per_s: &mut [f64], last_over_first: f64) {
+    let last = damping_kg_per_s.len().saturating_sub(1).max(1) as f64;
+    let sum = |dampings: &[f64]| dampings.iter().sum::<f64>();
+    let before = sum(damping_kg_per_s);
+    for (body, c_kg_per_s) in damping_kg_per_s.iter_mut().enumerate() {
+        *c_kg_per_s *= 1.0 + (last_over_first - 1.0) * body as f64 / last;
+    }
+    let after = sum(damping_kg_per_s);
+    if after > 0.0 {
+        damping_kg_per_s.iter_mut().for_each(|c_kg_per_s| *c_kg_per_s *= before / after);
     }
 }

@@ -58,6 +58,21 @@ impl WrongChain {
             add: |to| of(to, |chain| chain.damping_between_kg_per_s = not_negative(2e-3)),
         },
         Self {
+            name: "drag",
+            causes: &["drag"],
+            add: |to| of(to, |chain| chain.drag_kg_per_m = not_negative(1e-4)),
+        },
+        Self {
+            name: "ground_springs",
+            causes: &["springs held"],
+            add: |to| of(to, |chain| chain.ground_stiffness_n_per_m = not_negative(0.1)),
+        },
+        Self {
+            name: "damping_grade",
+            causes: &["damping changed", "damping scattered"],
+            add: |to| of(to, |chain| chain.damping_of_last_body_over_first = positive(1.2)),
+        },
+        Self {
             name: "wall",
             causes: &["far end"],
             add: |to| of(to, |chain| chain.far_end = Some(FarEndTable::Fixed)),

@@ -1,8 +1,10 @@
 //! What a fit to the tracks found.
 
+use chainwave_analysis::probability::chi_squared_beyond;
 use chainwave_measurement::Estimate;
 
 use super::bootstrap::OverTrials;
+use super::directed::hypothesis_rule;
 use super::hypothesis::Hypothesis;
 use super::model::TrackModel;
 use super::profile::Interval;
@@ -70,9 +72,41 @@ impl TrackFit {
         self.structure.is_noise_alone()
     }
 
-    /// Whether it explains the tracks as well as another fit does, or nearly: that is less than a thousand times likelier.
-    pub fn rivals(&self, other: &Self) -> bool {
-        self.chi_squared - other.chi_squared < FAR_BEHIND * other.reduced_chi_squared.max(1.0)
+    /// Whether it explains the tracks by something else as well as another fit does, or nearly: that is less than a thousand times likelier.
+    pub(super) fn rivals(&self, other: &Self) -> bool {
+        let is_other = self.beyond.iter().any(|one| !other.beyond.contains(one));
+        is_other
+            && self.leaves_noise_alone()
+            && self.chi_squared - other.chi_squared < FAR_BEHIND * other.reduced_chi_squared.max(1.0)
+    }
+
+    /// Whether what it has beyond another fit lowers chi squared by more than chance does; of numbers that have a prior each counts in full.
+    pub(super) fn tells_more_than(&self, other: &Self) -> bool {
+        let n_free = |fit: &Self| fit.model.priors.len() + fit.found.len();
+        let more = n_free(self).saturating_sub(n_free(other)).max(1) as f64;
+        let fall = (other.chi_squared - self.chi_squared) / self.reduced_chi_squared.max(1.0);
+        let p_value = Hypothesis::ALL.len() as f64 * chi_squared_beyond(fall, more);
+        hypothesis_rule().rejects(p_value)
+    }
+
+    /// With what another fit says that might as well hold: how far its dampings are off joins the uncertainties by its odds, which are even where both
+    /// have the same chi squared.
+    pub(super) fn beside(self, other: &Self) -> Self {
+        let behind = (other.chi_squared - self.chi_squared) / self.reduced_chi_squared.max(1.0);
+        let weight = (1.0 + (0.5 * behind.max(0.0)).exp()).recip();
+        let values = |fit: &Self| {
+            let Damping { chain_damping_kg_per_s: c_d, striker_damping_kg_per_s: c_s, .. } = fit.damping;
+            [c_d.value, c_s.value]
+        };
+        let ([c_d, c_s], [other_c_d, other_c_s]) = (values(&self), values(other));
+        let damping =
+            self.damping.widened([weight * (other_c_d - c_d).powi(2), weight * (other_c_s - c_s).powi(2)]);
+        let [of_c_d, of_c_s] = damping.sigmas_over(&self.damping);
+        let [in_c_d, in_c_s] = self.intervals_95;
+        let intervals_95 = [in_c_d.widened(c_d, of_c_d), in_c_s.widened(c_s, of_c_s)];
+        let mut rivals = self.rivals;
+        rivals.extend(other.beyond.iter().filter(|one| !self.beyond.contains(one)));
+        Self { damping, intervals_95, rivals, ..self }
     }
 
     /// Whether its dampings may be believed: the model leaves nothing but noise, or what it leaves over cannot make c_d by itself (c_d is told
@@ -93,6 +127,14 @@ impl TrackFit {
                 "chi squared could not be followed to the ends of the 95 % interval of {}: they lie 1.96 standard uncertainties away, as if it \
                  were a parabola",
                 lost.join(" and ")
+            ));
+        }
+        if self.beyond.is_empty() && !self.rivals.is_empty() {
+            let rivals: Vec<&str> = self.rivals.iter().map(|one| one.in_words()).collect();
+            said.push(format!(
+                "before a square camera the chain model as stated does not explain the tracks. A usual lens or turn of the camera does; it might as well \
+                 be as if {}. c_d and c_s contain what the choice may do to them",
+                rivals.join(", or ")
             ));
         }
         if !self.beyond.is_empty() {

@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 
 use chainwave_mechanics::{
     Chain, Change, Contact, Contacts, Drive, FarEnd, ImposedMotion, Integration, Law, LinearLaw,
-    MechanicsError, PowerLaw, ReferenceMotion, Schedule, Striker, Tension, simulate,
-    simulate_with_sensitivities,
+    MechanicsError, PowerLaw, ReferenceMotion, Resistance, Schedule, Striker, Tension, simulate,
+    simulate_with_resistance, simulate_with_sensitivities,
 };
 use ndarray::{Array2, Axis};
 
@@ -350,4 +350,28 @@ fn another_chain_is_no_change() {
         assert_eq!(ask(above, 1.0), MechanicsError::NotAlike { index: 0, what });
     }
     assert!(matches!(ask(chain.clone(), 0.0), MechanicsError::NotPhysical { .. }));
+}
+
+/// A body that nothing pushes: drag slows it to v_0 / (1 + q v_0 t / m), friction by f t / m.
+#[test]
+fn what_resists_a_lonely_body_slows_it_as_it_should() {
+    let alone = hec_chain(1, 0.0, striker_of(2.0));
+    let drag = Resistance { drag_kg_per_m: 1e-3, ..Resistance::default() };
+    let friction = Resistance { friction_n: 1e-3, ..Resistance::default() };
+    let schedule = Schedule::automatic(0.02, 1e-5);
+    let found = simulate_with_resistance(&alone, &schedule, &[], &[drag, friction]).unwrap();
+    let motion = &found.simulation.trajectory;
+    // Behind the collision, which a half period of striker and body on their contact ends.
+    let [first, last] = [800, 2000];
+    let span_s = motion.times_s[last] - motion.times_s[first];
+    let speed = |which: usize, k: usize| {
+        motion.velocity_m_per_s[(0, k)] + found.derivatives[which].velocity_m_per_s[(0, k)]
+    };
+    let dragged = speed(0, first) / (1.0 + drag.drag_kg_per_m * speed(0, first) * span_s / MASS_KG);
+    let rubbed = speed(1, first) - friction.friction_n * span_s / MASS_KG;
+    // A step of h errs by some (q v h / m)^4, 1e-11; friction is full up to the square of the creeping speed over the body's, 1e-10.
+    for (which, expected) in [(0, dragged), (1, rubbed)] {
+        let after = speed(which, last);
+        assert!((after - expected).abs() < 1e-8 * expected, "{which}: {after} of {expected}");
+    }
 }
