@@ -69,9 +69,9 @@ mod lanes;
 mod ring;
 
 pub use chain::{
-    Bodies, Change, Integration, LinearChain, ReferenceMotion, Replay, Schedule, Sensitivities, Simulation,
-    Stretch, StrikerMotion, UnitCell, Variations, ensemble, scan, simulate, simulate_with_friction,
-    simulate_with_sensitivities,
+    Bodies, Change, Integration, Kept, LinearChain, ReferenceMotion, Replay, Schedule, Sensitivities,
+    Simulation, Stretch, StrikerMotion, UnitCell, Variations, ensemble, scan, simulate,
+    simulate_with_friction, simulate_with_sensitivities,
 };
 pub use contact::{Contact, Contacts, Law, LinearLaw, PowerLaw, TableLaw, Tension};
 pub use equations::{Chain, Drive, FarEnd, FarStriker, ImposedMotion, Striker};
