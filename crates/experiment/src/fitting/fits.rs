@@ -6,7 +6,7 @@ use chainwave_analysis::{Departure, Measurement, Pulses, Spacing};
 use chainwave_inference::{
     EnergyFit, EnergyModel, FitError, ImposedFit, ImposedModel, LeftByStated, Prior, Quantity, Reached,
     ReleasedFit, ReleasedModel, StatedSearch, TrackFit, TrackModel, fit_imposed, fit_peak_energies,
-    fit_release, fit_tracks, reached, scatter_of_bodies, softening,
+    fit_release, reached, scatter_of_bodies, softening,
 };
 use chainwave_measurement::{Estimate, Observation, SharedReadingError};
 use chainwave_mechanics::Chain;
@@ -150,7 +150,7 @@ impl<'a> Material<'a> {
             return stated.fit(elsewhere);
         }
         let open = TrackModel { usual_errors: self.usual_geometry.errors.clone(), ..model.clone() };
-        let open = fit_tracks(reached, impacts_s, &open, elsewhere);
+        let open = stated.with_errors(&open).and_then(|search| search.fit(elsewhere));
         if open.as_ref().is_ok_and(TrackFit::leaves_noise_alone) {
             return open;
         }
