@@ -107,6 +107,7 @@ fn powers_of(z: f64) -> Powers {
 
 /// The series between its samples, at a fractional index: the cubic through the two samples on each side, or the line
 /// through the nearest two where an outer one is missing.
+#[inline]
 pub(crate) fn interpolate(series: &[Option<f64>], place: f64) -> Option<f64> {
     let last_index = series.len().checked_sub(2)?;
     if !(0.0..=(last_index + 1) as f64).contains(&place) {
@@ -114,6 +115,17 @@ pub(crate) fn interpolate(series: &[Option<f64>], place: f64) -> Option<f64> {
     }
     let at = (place as usize).min(last_index);
     let z = place - at as f64;
+    let around = series.get(at.wrapping_sub(1)..).and_then(|series| series.first_chunk());
+    if let Some([Some(before), Some(near), Some(far), Some(after)]) = around {
+        let [w0, w1, w2, w3] = cubic_weights(z);
+        return Some(w0 * before + w1 * near + w2 * far + w3 * after);
+    }
+    beside_a_hole(series, at, z)
+}
+
+/// The same where a sample beside the nearest two may be missing.
+#[cold]
+fn beside_a_hole(series: &[Option<f64>], at: usize, z: f64) -> Option<f64> {
     let (near, far) = (series[at]?, series[at + 1]?);
     let before = at.checked_sub(1).and_then(|before| series[before]);
     let after = series.get(at + 2).copied().flatten();
@@ -125,6 +137,7 @@ pub(crate) fn interpolate(series: &[Option<f64>], place: f64) -> Option<f64> {
 }
 
 /// Lagrange's weights of four equally spaced values at -1, 0, 1, 2 for the place `z` in 0..=1.
+#[inline]
 pub(crate) fn cubic_weights(z: f64) -> [f64; 4] {
     [
         -z * (z - 1.0) * (z - 2.0) / 6.0,

@@ -16,7 +16,7 @@ use crate::line_test::line_test;
 use crate::particle::particle_velocities_m_per_s;
 use crate::replicas::{Replicas, over_replicas};
 use crate::spacing::Spacing;
-use crate::spectrum::{LocalResonance, Maximum, TailSpectrum, tail_spectrum};
+use crate::spectrum::{LocalResonance, Maximum, TailSpectrum, TailTransform, tail_spectrum};
 use crate::strain::{strain_sigma, strain_with_sigma};
 use crate::velocity::{GroupVelocity, Reflection, SpeedFit, fit_speed, is_no_line, undisturbed_gaps};
 use crate::{AnalysisError, Missing, StrainMap};
@@ -211,6 +211,8 @@ struct Plan<'a> {
     energy_of: Option<EnergyLaw<'a>>,
     velocity_gaps: Result<RangeInclusive<usize>, Missing>,
     half_width_times_s: Vec<f64>,
+    spectrum: TailSpectrum,
+    transform: TailTransform,
     /// The dominant maximum of the tails' spectra.
     resonance: Result<Maximum, Missing>,
 }
@@ -238,8 +240,9 @@ impl<'a> Plan<'a> {
             half_width_times(map, &profile, reflection.as_ref(), settings.first_gap)
         };
         let half_width_times_s = speed.ok().zip(reflection.as_ref().ok()).map_or_else(Vec::new, times_s);
-        let resonance = Maximum::of(&tail_spectrum(map, &pulses));
-        Self { settings, energy_of, velocity_gaps, half_width_times_s, resonance }
+        let spectrum = tail_spectrum(map, &pulses);
+        let (transform, resonance) = (TailTransform::of(map), Maximum::of(&spectrum));
+        Self { settings, energy_of, velocity_gaps, half_width_times_s, spectrum, transform, resonance }
     }
 
     fn apply(&self, motion: &ChainMotion, map: &StrainMap) -> PointValues {
@@ -256,8 +259,10 @@ impl<'a> Plan<'a> {
                 half_widths(&profile, &map.spacing, &self.half_width_times_s)
             },
         );
-        let spectrum = tail_spectrum(map, &pulses);
-        let resonance_hz = self.resonance.as_ref().ok().and_then(|found| found.moved_hz(&spectrum));
+        let moved_hz = |found: &Maximum| {
+            found.moved_hz(|gap, bins| self.transform.of_gap(map, pulses.get(gap - 1)?, bins))
+        };
+        let resonance_hz = self.resonance.as_ref().ok().and_then(moved_hz);
         let particles_m_per_s = particle_velocities_m_per_s(motion, map, &pulses);
         let gaps = self.velocity_gaps.as_ref().ok();
         let particle_m_per_s = gaps.and_then(|gaps| mean_within(&particles_m_per_s, gaps));
@@ -268,7 +273,6 @@ impl<'a> Plan<'a> {
             speed,
             half_widths_m,
             energies,
-            spectrum,
             resonance_hz,
         }
     }
@@ -283,7 +287,6 @@ struct PointValues {
     speed: Result<SpeedFit, Missing>,
     half_widths_m: Vec<Option<f64>>,
     energies: Vec<Result<GapEnergy, Missing>>,
-    spectrum: TailSpectrum,
     resonance_hz: Option<f64>,
 }
 
@@ -360,7 +363,7 @@ fn assemble(map: StrainMap, plan: &Plan<'_>, values: &PointValues, scatter: &Sca
         group_velocity: speed.and_then(|(speed, gaps)| group_velocity(&speed, &gaps, scatter)),
         energies: plan.energy_of.map(|_| energies(&plan.settings.front, &values.energies, scatter)),
         front: plan.settings.front,
-        spectrum: values.spectrum.clone(),
+        spectrum: plan.spectrum.clone(),
         local_resonance: plan.resonance.as_ref().map_err(|reason| *reason).and_then(|found| {
             Ok(LocalResonance {
                 frequency_hz: scatter.reaching_estimate(Column::Resonance, 0)?,

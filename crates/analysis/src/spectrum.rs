@@ -1,10 +1,11 @@
 //! Spectra of the strain behind the leading pulse, and their dominant frequency.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use chainwave_measurement::{Estimate, median};
-use rustfft::FftPlanner;
 use rustfft::num_complex::Complex;
+use rustfft::{Fft, FftPlanner};
 
 use crate::line_test::LineTest;
 use crate::probability::chi_squared_beyond;
@@ -60,19 +61,17 @@ pub struct LocalResonance {
 /// from the edge; it is the longest run of samples without a hole from there on. Its straight line is taken off, and a Hann
 /// window keeps the leakage low: a single taper, because tails are so short that several would smear the band.
 pub fn tail_spectrum(map: &StrainMap, pulses: &[Result<LeadingPulse, Missing>]) -> TailSpectrum {
-    let n_padded = (PADDING * map.times_s.len()).next_power_of_two();
-    let transform = FftPlanner::new().plan_fft_forward(n_padded);
+    let transform = TailTransform::of(map);
+    let n_padded = transform.n_padded as f64;
     let mut spectrum = TailSpectrum {
-        frequency_hz: (0..=n_padded / 2)
-            .map(|bin| bin as f64 / (n_padded as f64 * map.interval_s()))
-            .collect(),
+        frequency_hz: (0..transform.n_bins()).map(|bin| bin as f64 / (n_padded * map.interval_s())).collect(),
         gaps: Vec::new(),
         missing: Vec::new(),
     };
     for (index, pulse) in pulses.iter().enumerate() {
         match pulse.and_then(|pulse| Tail::of(map, &pulse)) {
             Ok(tail) => {
-                let amplitude = hann_amplitudes(&tail.values, n_padded, transform.as_ref());
+                let amplitude = transform.amplitudes(&tail.values, 0..transform.n_bins());
                 spectrum.gaps.push(gap_spectrum(map, &tail, amplitude));
             }
             Err(reason) => spectrum.missing.push((index + 1, reason)),
@@ -92,14 +91,50 @@ fn gap_spectrum(map: &StrainMap, tail: &Tail, amplitude: Vec<f64>) -> GapSpectru
     }
 }
 
-fn hann_amplitudes(values: &[f64], n_padded: usize, transform: &dyn rustfft::Fft<f64>) -> Vec<f64> {
-    let window: Vec<f64> = (0..values.len()).map(|at| hann(at, values.len())).collect();
-    let mut bins: Vec<Complex<f64>> =
-        values.iter().zip(&window).map(|(value, share)| Complex::new(share * value, 0.0)).collect();
-    bins.resize(n_padded, Complex::new(0.0, 0.0));
-    transform.process(&mut bins);
-    let window_sum: f64 = window.iter().sum();
-    bins[..=n_padded / 2].iter().map(|bin| 2.0 * bin.norm() / window_sum).collect()
+/// The transform of a map's tails and of its replicas', planned once for all of them.
+pub(crate) struct TailTransform {
+    n_padded: usize,
+    fft: Arc<dyn Fft<f64>>,
+}
+
+impl TailTransform {
+    /// Of the tails of a map.
+    pub(crate) fn of(map: &StrainMap) -> Self {
+        Self::of_length(map.times_s.len())
+    }
+
+    /// Of tails of so many samples at most.
+    fn of_length(n_times: usize) -> Self {
+        let n_padded = (PADDING * n_times).next_power_of_two();
+        Self { n_padded, fft: FftPlanner::new().plan_fft_forward(n_padded) }
+    }
+
+    /// From zero frequency to half the sampling rate.
+    fn n_bins(&self) -> usize {
+        self.n_padded / 2 + 1
+    }
+
+    /// Amplitudes of a tail under Hann's window in some bins.
+    fn amplitudes(&self, values: &[f64], bins: Range<usize>) -> Vec<f64> {
+        let window: Vec<f64> = (0..values.len()).map(|at| hann(at, values.len())).collect();
+        let mut all: Vec<Complex<f64>> =
+            values.iter().zip(&window).map(|(value, share)| Complex::new(share * value, 0.0)).collect();
+        all.resize(self.n_padded, Complex::new(0.0, 0.0));
+        self.fft.process(&mut all);
+        let window_sum: f64 = window.iter().sum();
+        all[bins].iter().map(|bin| 2.0 * bin.norm() / window_sum).collect()
+    }
+
+    /// The same of the tail behind the pulse of a gap; `None` where there is none.
+    pub(crate) fn of_gap(
+        &self,
+        map: &StrainMap,
+        pulse: &Result<LeadingPulse, Missing>,
+        bins: Range<usize>,
+    ) -> Option<Vec<f64>> {
+        let tail = Tail::of(map, pulse.as_ref().ok()?).ok()?;
+        Some(self.amplitudes(&tail.values, bins))
+    }
 }
 
 /// The frequency that a tail has most power at.
@@ -131,7 +166,8 @@ pub fn dominant_frequency(spectrum: &TailSpectrum) -> Result<DominantFrequency, 
 #[derive(Debug, Clone)]
 pub(crate) struct Maximum {
     pub(crate) line: DominantFrequency,
-    /// Numbers of the gaps whose tails show it.
+    bin_hz: f64,
+    /// Numbers of the gaps whose tails show it, in their order.
     gaps: Vec<usize>,
     /// The bins about it with half of its power or more.
     crest: Range<usize>,
@@ -159,24 +195,36 @@ impl Maximum {
         if mean.may_have_leaked(bin, first, spectrum.frequency_hz[1]) {
             return Err(Missing::Leaked);
         }
+        let mut gaps: Vec<usize> = tails.iter().map(|tail| tail.gap).collect();
+        gaps.sort_unstable();
         Ok(Self {
             line: DominantFrequency {
                 frequency_hz: mean.place_of(bin) * spectrum.frequency_hz[1],
                 resolution_hz: mean.coarsest_hz,
             },
-            gaps: tails.iter().map(|tail| tail.gap).collect(),
+            bin_hz: spectrum.frequency_hz[1],
+            gaps,
             crest: mean.crest_of(bin),
         })
     }
 
     /// Where another draw of the noise puts this maximum: the highest bin of its crest, which is as wide as the resolution where it is a line's, and
     /// of a continuum may be broad and flat. The highest bin of the draw itself would often be one of the noise, which a replica holds twice.
-    pub(crate) fn moved_hz(&self, spectrum: &TailSpectrum) -> Option<f64> {
-        let tails: Vec<&GapSpectrum> =
-            spectrum.gaps.iter().filter(|tail| self.gaps.contains(&tail.gap)).collect();
-        let mean = MeanPower::of(&tails)?;
-        let highest = self.crest.clone().max_by(|a, b| mean.power[*a].total_cmp(&mean.power[*b]))?;
-        Some(mean.place_of(highest) * spectrum.frequency_hz[1])
+    ///
+    /// `amplitudes` tells those of a gap's tail in some bins, or nothing where a gap has none: all but the crest is not asked for.
+    pub(crate) fn moved_hz(
+        &self,
+        amplitudes: impl Fn(usize, Range<usize>) -> Option<Vec<f64>>,
+    ) -> Option<f64> {
+        // The parabola through the highest bin goes through those beside it.
+        let first = self.crest.start - 1;
+        let bins = first..self.crest.end + 1;
+        let tails: Vec<Vec<f64>> =
+            self.gaps.iter().filter_map(|gap| amplitudes(*gap, bins.clone())).collect();
+        let power = mean_power(&tails, bins.len())?;
+        let highest = (1..power.len() - 1).max_by(|a, b| power[*a].total_cmp(&power[*b]))?;
+        let beside = [power[highest - 1], power[highest], power[highest + 1]];
+        Some(((first + highest) as f64 + vertex(beside)) * self.bin_hz)
     }
 }
 
@@ -195,6 +243,22 @@ fn fine_tails(spectrum: &TailSpectrum) -> Vec<&GapSpectrum> {
     spectrum.gaps.iter().filter(|gap| gap.resolution_hz <= MAX_RESOLUTION_RATIO * finest_hz).collect()
 }
 
+/// Mean over some tails of the power in each of so many bins, from their amplitudes; nothing where there are none.
+fn mean_power(tails: &[impl AsRef<[f64]>], n_bins: usize) -> Option<Vec<f64>> {
+    let n_tails = tails.len() as f64;
+    let mean = |bin: usize| tails.iter().map(|tail| tail.as_ref()[bin].powi(2)).sum::<f64>() / n_tails;
+    (!tails.is_empty()).then(|| (0..n_bins).map(mean).collect())
+}
+
+/// How far from a bin a maximum there is, in bins: the vertex of the parabola through the logarithms of the power before, there and behind. None where
+/// these have no maximum.
+fn vertex(power: [f64; 3]) -> f64 {
+    let [before, here, after] = power.map(f64::ln);
+    let curvature = before - 2.0 * here + after;
+    let from_bin = 0.5 * (before - after) / curvature;
+    if curvature < 0.0 && from_bin.abs() <= 1.0 { from_bin } else { 0.0 }
+}
+
 /// Power of some tails, averaged.
 struct MeanPower {
     power: Vec<f64>,
@@ -208,11 +272,10 @@ impl MeanPower {
     fn of(tails: &[&GapSpectrum]) -> Option<Self> {
         let n_gaps = tails.len();
         let n_bins = tails.first()?.amplitude.len();
-        let mean =
-            |bin: usize| tails.iter().map(|gap| gap.amplitude[bin].powi(2)).sum::<f64>() / n_gaps as f64;
+        let amplitudes: Vec<&[f64]> = tails.iter().map(|gap| gap.amplitude.as_slice()).collect();
         let resolutions_hz = || tails.iter().map(|gap| gap.resolution_hz);
         Some(Self {
-            power: (0..n_bins).map(mean).collect(),
+            power: mean_power(&amplitudes, n_bins)?,
             n_gaps,
             finest_hz: resolutions_hz().fold(f64::INFINITY, f64::min),
             coarsest_hz: resolutions_hz().fold(0.0, f64::max),
@@ -240,13 +303,9 @@ impl MeanPower {
         (0..first).map(leaked).any(|leaked| leaked >= self.power[bin])
     }
 
-    /// Where between bins a maximum at a bin is: the vertex of the parabola through the power's logarithms there and beside it. The bin itself where
-    /// these have no maximum.
+    /// Where between bins a maximum at a bin is.
     fn place_of(&self, bin: usize) -> f64 {
-        let [before, here, after] = [self.power[bin - 1], self.power[bin], self.power[bin + 1]].map(f64::ln);
-        let curvature = before - 2.0 * here + after;
-        let from_bin = 0.5 * (before - after) / curvature;
-        bin as f64 + if curvature < 0.0 && from_bin.abs() <= 1.0 { from_bin } else { 0.0 }
+        bin as f64 + vertex([self.power[bin - 1], self.power[bin], self.power[bin + 1]])
     }
 
     /// The bins about a maximum with half of its power or more, none of them at an end of the spectrum.
@@ -316,16 +375,15 @@ mod tests {
     }
 
     fn transformed(tails: &[Vec<f64>]) -> TailSpectrum {
-        let n_padded = (PADDING * N).next_power_of_two();
-        let transform = FftPlanner::new().plan_fft_forward(n_padded);
+        let transform = TailTransform::of_length(N);
         let of_gap = |(gap, values): (usize, &Vec<f64>)| {
             let duration_s = values.len() as f64 * INTERVAL_S;
-            let amplitude = hann_amplitudes(values, n_padded, transform.as_ref());
+            let amplitude = transform.amplitudes(values, 0..transform.n_bins());
             let resolution_hz = HANN_RESOLUTION / duration_s;
             GapSpectrum { gap: gap + 1, start_s: 0.0, duration_s, resolution_hz, amplitude }
         };
-        let frequency_hz =
-            (0..=n_padded / 2).map(|bin| bin as f64 / (n_padded as f64 * INTERVAL_S)).collect();
+        let length_s = transform.n_padded as f64 * INTERVAL_S;
+        let frequency_hz = (0..transform.n_bins()).map(|bin| bin as f64 / length_s).collect();
         TailSpectrum {
             frequency_hz,
             gaps: tails.iter().enumerate().map(of_gap).collect(),
@@ -351,7 +409,10 @@ mod tests {
         for _ in 0..n_draws {
             let measured = with_noise(&mut random, &waves);
             let found = Maximum::of(&transformed(&measured)).unwrap();
-            let moved = |_| found.moved_hz(&transformed(&with_noise(&mut random, &measured))).unwrap();
+            let moved = |_| {
+                let TailSpectrum { gaps, .. } = transformed(&with_noise(&mut random, &measured));
+                found.moved_hz(|gap, bins| Some(gaps[gap - 1].amplitude[bins].to_vec())).unwrap()
+            };
             let sigma_hz =
                 sigma_reaching((0..100).map(moved).map(|hz| hz - found.line.frequency_hz).collect());
             n_held += u32::from((found.line.frequency_hz - truth_hz).abs() < 1.96 * sigma_hz);

@@ -129,14 +129,17 @@ pub fn evaluate(
     notices.extend(
         believed.and_then(|fit| of_all.usual_geometry.finding(&fit.usual_amplitudes, &stitched.motion)),
     );
-    let model = believed
-        .map(|fit| model_beside(experiment, &stitched.motion, fit, used))
-        .and_then(|beside| beside.map_err(|why| notices.push(not_shown(&why))).ok());
-    let by_model = accepted(&track_fit)
-        .map(|fit| aligned_motion(&reached, fit, &stitched.motion.times_s))
-        .and_then(|aligned| aligned.map_err(|why| notices.push(not_aligned(&why))).ok());
     let c_g = measurement.group_velocity.as_ref().ok().map(|found| found.velocity_m_per_s);
-    let speed = c_g.map(|c_g| speed(experiment, &stated, c_g)).transpose()?.flatten();
+    let of_speed = || c_g.map(|c_g| speed(experiment, &stated, c_g)).transpose();
+    let by_fit = || {
+        let beside = believed.map(|fit| model_beside(experiment, &stitched.motion, fit, used));
+        let aligned = |fit| aligned_motion(&reached, fit, &stitched.motion.times_s);
+        (beside, accepted(&track_fit).map(aligned))
+    };
+    let (speed, (model, by_model)) = both_in_parallel(n_threads, of_speed, by_fit);
+    let model = model.and_then(|beside| beside.map_err(|why| notices.push(not_shown(&why))).ok());
+    let by_model = by_model.and_then(|aligned| aligned.map_err(|why| notices.push(not_aligned(&why))).ok());
+    let speed = speed?.flatten();
     step();
     monitor.ended(Stage::Evaluating);
     Ok(Evaluation {

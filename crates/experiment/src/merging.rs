@@ -100,7 +100,7 @@ pub(crate) fn merged<'a>(
     let of_directions = inclination
         .as_ref()
         .map_or_else(Vec::new, |found| found.reading_errors(&joint.observations, rest_until_s));
-    let usual_geometry = UsualGeometry::of(&joint);
+    let usual_geometry = UsualGeometry::of(&joint, n_threads);
     let light_moves = tracked.findings.iter().any(|finding| finding.code == MOVING_LIGHT);
     let of_camera = [
         against_the_chain(experiment, &joint.stitched.motion).into_iter().collect(),

@@ -1,5 +1,7 @@
 //! Recordings that were tracked, those that could not be, and where tracks come from.
 
+use std::num::NonZero;
+
 use chainwave_camera::PlaneMap;
 use chainwave_measurement::{Estimate, Observation};
 
@@ -35,8 +37,8 @@ impl Tracked {
     }
 
     /// Finds frames that recordings lack or have twice, puts the times of later ones right, and says so.
-    pub(crate) fn count_frames(&mut self) {
-        let found = frame_steps(&self.observations);
+    pub(crate) fn count_frames(&mut self, n_threads: NonZero<usize>) {
+        let found = frame_steps(&self.observations, n_threads);
         for ((recording, observation), steps) in
             self.recordings.iter_mut().zip(&mut self.observations).zip(found)
         {

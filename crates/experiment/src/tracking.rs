@@ -65,7 +65,7 @@ pub fn track(
             Err(error) => tracked.failed.push(FailedRecording { trial: trial.clone(), error }),
         }
     }
-    tracked.count_frames();
+    tracked.count_frames(n_threads);
     let followed: Vec<(&str, &RecordingTracks)> =
         tracked.recordings.iter().map(|one| (one.trial.recording.as_str(), &one.tracks)).collect();
     let corrected = setup.corrections.findings(&followed);

@@ -79,8 +79,7 @@ pub fn fit_tracks(
     let Some(left) = stated.left().filter(may_be_usual).filter(|_| !model.usual_errors.is_empty()) else {
         return stated.fit(elsewhere_kg_per_s);
     };
-    let search = || StatedSearch::new(observations, impact_times_s, model);
-    let open = search().and_then(|open| open.fit(elsewhere_kg_per_s));
+    let open = stated.with_errors(model).and_then(|open| open.fit(elsewhere_kg_per_s));
     let is_disputed = |open: &TrackFit| left.structure.is_told() || open.usual_amplitudes.are_told();
     let open = match open {
         Ok(open) if open.leaves_noise_alone() && !is_disputed(&open) => return Ok(open),
@@ -92,7 +91,8 @@ pub fn fit_tracks(
             if !exact.rivals(&open) {
                 return Ok(open);
             }
-            let both = search().and_then(|open| open.fit_beyond(&exact)).ok();
+            let both = StatedSearch::new(observations, impact_times_s, model);
+            let both = both.and_then(|open| open.fit_beyond(&exact)).ok();
             let both = both.filter(|both| both.leaves_noise_alone() && both.tells_more_than(&open));
             Ok(both.unwrap_or_else(|| open.beside(&exact)))
         }

@@ -8,6 +8,7 @@ mod gap_interpolant;
 mod ledger;
 mod linear_chain;
 mod record;
+mod recorded_steps;
 mod recorder;
 mod replay;
 mod run;
@@ -27,7 +28,7 @@ pub use replay::{Replay, Stretch};
 pub use scan::{ensemble, scan};
 pub use schedule::{Bodies, Integration, Schedule};
 pub use sensitivity::{
-    ReferenceMotion, Sensitivities, Variations, simulate_with_resistance, simulate_with_sensitivities,
+    Kept, ReferenceMotion, Sensitivities, Variations, simulate_with_resistance, simulate_with_sensitivities,
 };
 pub use simulate::simulate;
 pub use simulation::{Simulation, StrikerMotion};

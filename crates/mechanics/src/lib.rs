@@ -69,8 +69,8 @@ mod lanes;
 mod ring;
 
 pub use chain::{
-    Bodies, Change, Integration, LinearChain, ReferenceMotion, Replay, Resistance, Schedule, Sensitivities,
-    Simulation, Stretch, StrikerMotion, UnitCell, Variations, ensemble, scan, simulate,
+    Bodies, Change, Integration, Kept, LinearChain, ReferenceMotion, Replay, Resistance, Schedule,
+    Sensitivities, Simulation, Stretch, StrikerMotion, UnitCell, Variations, ensemble, scan, simulate,
     simulate_with_resistance, simulate_with_sensitivities,
 };
 pub use contact::{Contact, Contacts, Law, LinearLaw, PowerLaw, TableLaw, Tension};

@@ -175,8 +175,11 @@ impl<'a> Joint<'a> {
         geometry: Option<PictureGeometry>,
         settings: &Settings,
     ) -> Result<Self, Error> {
-        let asked_errors =
-            geometry.unwrap_or(PictureGeometry::PLAIN).asked(&timed.recordings, &timed.observations);
+        let asked_errors = geometry.unwrap_or(PictureGeometry::PLAIN).asked(
+            &timed.recordings,
+            &timed.observations,
+            settings.n_threads,
+        );
         let settings = &Settings { asked_errors, ..settings.clone() };
         let (Some(geometry), Some(first)) = (geometry, timed.recordings.first()) else {
             let scale = timed.stages.scale.clone();
@@ -199,7 +202,7 @@ impl<'a> Joint<'a> {
         let setup = Setup { map: geometry.map(&setup.map, first.picture_px), ..setup.clone() };
         let scale = timed.stages.scale_by(|place_m| setup.map.place_from_middle_m(place_m, first.picture_px));
         let joint = Self::by_map(Cow::Owned(setup), stated, scale, &recordings, &observations, settings)?;
-        let geometry_errors = geometry.errors(&timed.recordings, &joint.as_read);
+        let geometry_errors = geometry.errors(&timed.recordings, &joint.as_read, settings.n_threads);
         Ok(Self { geometry: Some(geometry), geometry_errors, ..joint })
     }
 

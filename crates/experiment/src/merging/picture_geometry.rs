@@ -5,8 +5,12 @@
 //! are asked for when recordings are merged, of which drives, triggers and the motion are free: a scale that grows evenly along the picture, and
 //! one that grows with the square of the distance from its middle. Where bodies show one or both, the pictures are mapped anew.
 
+use std::num::NonZero;
+
 use chainwave_camera::{Calibration, Lens, MapError, PlaneMap};
-use chainwave_measurement::{BodyTrack, Estimate, Observation, SharedReadingError, TrackDeviation};
+use chainwave_measurement::{
+    BodyTrack, Estimate, Observation, SharedReadingError, TrackDeviation, map_in_parallel,
+};
 use chainwave_stitching::ShownByBody;
 use nalgebra::{Matrix2, Vector2};
 
@@ -64,6 +68,7 @@ impl PictureGeometry {
         &self,
         recordings: &[TrackedRecording],
         kept: &[Observation],
+        n_threads: NonZero<usize>,
     ) -> Vec<SharedReadingError> {
         let has_own = |one: &TrackedRecording| one.map.has_geometry();
         if recordings.iter().any(has_own) {
@@ -71,7 +76,8 @@ impl PictureGeometry {
         }
         let asked = |shape: Shape| {
             let off = self.plus(&Self::by(shape, ASKED));
-            self.error_by("geometry", |map, picture_px| off.of(map, picture_px), recordings, kept)
+            let there = |map: &PlaneMap, picture_px| off.of(map, picture_px);
+            self.error_by("geometry", there, (recordings, kept), n_threads)
         };
         Shape::ALL.map(asked).into()
     }
@@ -81,8 +87,9 @@ impl PictureGeometry {
         amplitude: f64,
         recordings: &[TrackedRecording],
         kept: &[Observation],
+        n_threads: NonZero<usize>,
     ) -> Vec<SharedReadingError> {
-        let mut errors = Self::PLAIN.asked(recordings, kept);
+        let mut errors = Self::PLAIN.asked(recordings, kept, n_threads);
         let of_tracks = errors.iter_mut().flat_map(|error| &mut error.of_tracks);
         of_tracks.flat_map(|track| &mut track.error_m).for_each(|error_m| *error_m *= amplitude / ASKED);
         errors
@@ -92,9 +99,9 @@ impl PictureGeometry {
     fn error_by(
         &self,
         name: &str,
-        there: impl Fn(&PlaneMap, (usize, usize)) -> PlaneMap,
-        recordings: &[TrackedRecording],
-        kept: &[Observation],
+        there: impl Fn(&PlaneMap, (usize, usize)) -> PlaneMap + Sync,
+        (recordings, kept): (&[TrackedRecording], &[Observation]),
+        n_threads: NonZero<usize>,
     ) -> SharedReadingError {
         let of_recording = |one: &TrackedRecording| -> Vec<TrackDeviation> {
             if !kept.iter().any(|seen| seen.recording == one.trial.recording) {
@@ -106,7 +113,9 @@ impl PictureGeometry {
             let bodies = here.bodies.iter().zip(&there.bodies);
             bodies.map(|(here, there)| error(one, here, there)).collect()
         };
-        let of_tracks = recordings.iter().flat_map(of_recording).collect();
+        let of_recording = |r: usize| of_recording(&recordings[r]);
+        let of_tracks =
+            map_in_parallel(recordings.len(), n_threads, of_recording).into_iter().flatten().collect();
         SharedReadingError { source: name.to_owned().into(), of_tracks }
     }
 
@@ -181,6 +190,7 @@ impl PictureGeometry {
         &self,
         recordings: &[TrackedRecording],
         kept: &[Observation],
+        n_threads: NonZero<usize>,
     ) -> Vec<SharedReadingError> {
         let eigen = self.covariance.symmetric_eigen();
         let mut errors = Vec::new();
@@ -192,8 +202,8 @@ impl PictureGeometry {
             errors.push(self.error_by(
                 &format!("geometry of the pictures, {}", k + 1),
                 there,
-                recordings,
-                kept,
+                (recordings, kept),
+                n_threads,
             ));
         }
         if self.tilt != 0.0 {
@@ -202,7 +212,7 @@ impl PictureGeometry {
             let there = |map: &PlaneMap, (width_px, height_px): (usize, usize)| {
                 self.of(map, (width_px, height_px)).magnified(1.0 + shorter, middle_px(width_px, height_px))
             };
-            errors.push(self.error_by("scale of a turned camera", there, recordings, kept));
+            errors.push(self.error_by("scale of a turned camera", there, (recordings, kept), n_threads));
         }
         errors
     }

@@ -4,6 +4,7 @@
 //! amplitudes grow or fall along the chain, as damping does. So fits of dampings contain it where no geometry was told, though the motion does not.
 
 use std::borrow::Cow;
+use std::num::NonZero;
 
 use chainwave_inference::UsualAmplitudes;
 use chainwave_measurement::{ChainMotion, Observation, SharedReadingError};
@@ -27,14 +28,14 @@ pub(crate) struct UsualGeometry {
 
 impl UsualGeometry {
     /// Of recordings that were merged; nothing where pictures were calibrated, or bodies told a geometry.
-    pub(crate) fn of(joint: &Joint<'_>) -> Self {
+    pub(crate) fn of(joint: &Joint<'_>, n_threads: NonZero<usize>) -> Self {
         let sigma = joint.setup.experiment.camera.geometry_sigma();
         if sigma == 0.0 || joint.geometry.is_some() {
             return Self::default();
         }
         let Stitched { motion, alignments, .. } = &joint.stitched;
         let kept = joint.observations.as_slice();
-        let errors = PictureGeometry::open_errors(sigma, &joint.recordings, kept);
+        let errors = PictureGeometry::open_errors(sigma, &joint.recordings, kept, n_threads);
         let errors_m = errors.iter().map(|error| of_motion(error, kept, motion, alignments)).collect();
         Self { errors, errors_m, sigma }
     }

@@ -5,7 +5,9 @@
 //! behind the frame, in common for all bodies, by least squares. A step changes the velocity that it is told by, so where one stands clear
 //! its size is found once more with the times put right, until that changes no more.
 
-use chainwave_measurement::{BodyTrack, Observation};
+use std::num::NonZero;
+
+use chainwave_measurement::{BodyTrack, Observation, map_in_parallel};
 use nalgebra::{DMatrix, DVector};
 
 /// Frames on each side of a step that tell it.
@@ -74,8 +76,8 @@ pub(crate) fn put_right(observation: &mut Observation, steps: &[FrameStep]) {
 }
 
 /// The steps of each of some recordings. One that other trials of the view show at the same time is the chain's own, or the cameras'.
-pub(crate) fn frame_steps(observations: &[Observation]) -> Vec<Vec<FrameStep>> {
-    let found: Vec<Vec<FrameStep>> = observations.iter().map(steps_of).collect();
+pub(crate) fn frame_steps(observations: &[Observation], n_threads: NonZero<usize>) -> Vec<Vec<FrameStep>> {
+    let found = map_in_parallel(observations.len(), n_threads, |index| steps_of(&observations[index]));
     let is_alone = |index: usize, step: &FrameStep| {
         let own = &observations[index];
         let time_s = own.times_s[step.after];
@@ -263,12 +265,16 @@ mod tests {
         }
     }
 
+    fn steps_on_a_thread(observations: &[Observation]) -> Vec<Vec<FrameStep>> {
+        frame_steps(observations, NonZero::<usize>::MIN)
+    }
+
     #[test]
     fn frames_that_lack_and_frames_that_come_twice_are_found_and_put_right() {
         let lacking = || (0..300).filter(|frame| !(131..133).contains(frame));
         let twice = || (0..300).map(|frame| if frame > 120 { frame - 1 } else { frame });
         let all = [seen(1, 0..300), seen(2, lacking()), seen(3, twice()), seen(4, 0..300)];
-        let steps = frame_steps(&all);
+        let steps = steps_on_a_thread(&all);
         let step = |after, frames| vec![FrameStep { after, frames }];
         assert_eq!(steps, [Vec::new(), step(130, 2), step(120, -1), Vec::new()]);
         for (observation, steps) in all.iter().zip(&steps) {
@@ -311,16 +317,16 @@ mod tests {
         // A place lost to another marker in one body; a jolt that every trial shows.
         let mut jumps = seen(1, 0..300);
         jumps.bodies[1].position_m[140..].iter_mut().flatten().for_each(|read| read.value += 4e-4);
-        assert_eq!(frame_steps(&[jumps]), [Vec::new()]);
+        assert_eq!(steps_on_a_thread(&[jumps]), [Vec::new()]);
         let jolted = || (0..300).filter(|frame| *frame != 125);
-        assert_eq!(frame_steps(&[seen(1, jolted()), seen(2, jolted())]), [Vec::new(), Vec::new()]);
+        assert_eq!(steps_on_a_thread(&[seen(1, jolted()), seen(2, jolted())]), [Vec::new(), Vec::new()]);
         // An impact within a frame, wherever it comes between two of them.
         for late in 0..40 {
             let struck = struck(0.025 * f64::from(late));
-            assert_eq!(frame_steps(&[struck]), [Vec::new()], "{late}");
+            assert_eq!(steps_on_a_thread(&[struck]), [Vec::new()], "{late}");
         }
         // A pulse that four frames follow.
-        assert_eq!(frame_steps(&[seen(1, (0..300).step_by(8))]), [Vec::new()]);
+        assert_eq!(steps_on_a_thread(&[seen(1, (0..300).step_by(8))]), [Vec::new()]);
     }
 
     /// Fifty bodies whose tails have few frames a period, each period a little longer than the one before, as a front leaves them: too fast for
@@ -349,6 +355,6 @@ mod tests {
             }
         };
         let trials: Vec<Observation> = (0..12).map(of_trial).collect();
-        assert!(frame_steps(&trials).iter().all(Vec::is_empty));
+        assert!(steps_on_a_thread(&trials).iter().all(Vec::is_empty));
     }
 }

@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use chainwave_measurement::{ChainMotion, map_in_parallel};
-use chainwave_mechanics::{Chain, Change, Drive, ImposedMotion, Schedule, simulate_with_sensitivities};
+use chainwave_mechanics::{Chain, Change, Drive, ImposedMotion, Kept, ReferenceMotion, Schedule};
 use nalgebra::DVector;
 use ndarray::Array2;
 
@@ -109,10 +109,40 @@ impl<'a> ImposedResiduals<'a> {
         unknowns: &DVector<f64>,
         asked: &[By<'_>],
     ) -> Result<(DVector<f64>, Vec<DVector<f64>>), FitError> {
+        let chains = self.chains(unknowns)?;
+        let motions = self.solved(&chains)?;
         let scale = self.priors().picture_scale(unknowns);
         let mut sum = DVector::zeros(self.displacements.samples.len());
-        let mut derivatives = vec![sum.clone(); asked.len()];
-        for (weight, deviation) in &self.nodes {
+        for ((weight, _), motion) in self.nodes.iter().zip(&motions) {
+            self.add(&mut sum, &motion.simulation().trajectory.displacement_m, weight * scale);
+        }
+        Ok((sum, self.derivatives(&motions, unknowns, asked)?))
+    }
+
+    /// The chain at each of the drives.
+    fn chains(&self, unknowns: &DVector<f64>) -> Result<Vec<Chain>, FitError> {
+        let here = (unknowns.clone(), self.driving_m.clone());
+        self.nodes.iter().map(|(_, deviation)| self.chain(&here, *deviation)).collect()
+    }
+
+    /// How these chains move.
+    fn solved<'b>(&self, chains: &'b [Chain]) -> Result<Vec<ReferenceMotion<'b>>, FitError> {
+        self.n_simulations.fetch_add(chains.len() as u64, Ordering::Relaxed);
+        let solve = |node: usize| ReferenceMotion::solve(&chains[node], &self.schedule, Kept::Steps);
+        let solved = map_in_parallel(chains.len(), self.model.n_threads, solve);
+        solved.into_iter().map(|solved| Ok(solved?)).collect()
+    }
+
+    /// Derivatives of the displacements at the samples compared by what is asked, along the motions at the drives.
+    fn derivatives(
+        &self,
+        motions: &[ReferenceMotion<'_>],
+        unknowns: &DVector<f64>,
+        asked: &[By<'_>],
+    ) -> Result<Vec<DVector<f64>>, FitError> {
+        let scale = self.priors().picture_scale(unknowns);
+        let mut derivatives = vec![DVector::zeros(self.displacements.samples.len()); asked.len()];
+        for ((weight, deviation), motion) in self.nodes.iter().zip(motions) {
             let change = |asked: &By<'_>| -> Result<Change, FitError> {
                 let steps = self.steps(unknowns, asked);
                 let [below, above] =
@@ -120,19 +150,16 @@ impl<'a> ImposedResiduals<'a> {
                 Ok(Change { below: below?, above: above?, width: steps[1] - steps[0] })
             };
             let changes = asked.iter().map(change).collect::<Result<Vec<_>, _>>()?;
-            let here = self.chain(&(unknowns.clone(), self.driving_m.clone()), *deviation)?;
-            let found = simulate_with_sensitivities(&here, &self.schedule, &changes)?;
-            self.n_simulations.fetch_add(1, Ordering::Relaxed);
-            let moved_m = &found.simulation.trajectory.displacement_m;
-            self.add(&mut sum, moved_m, weight * scale);
-            for ((derivative, found), asked) in derivatives.iter_mut().zip(&found.derivatives).zip(asked) {
+            let moved_m = &motion.simulation().trajectory.displacement_m;
+            let found = motion.derivatives(&changes, &[])?;
+            for ((derivative, found), asked) in derivatives.iter_mut().zip(&found).zip(asked) {
                 self.add(derivative, &found.displacement_m, weight * scale);
                 if self.is_scale(asked) {
                     self.add(derivative, moved_m, *weight);
                 }
             }
         }
-        Ok((sum, derivatives))
+        Ok(derivatives)
     }
 
     /// The same by every unknown.
@@ -198,9 +225,11 @@ impl<'a> ImposedResiduals<'a> {
         let (felt, unfelt): (Vec<usize>, Vec<usize>) =
             (0..errors_m.len()).partition(|k| errors_m[*k].iter().any(|error| error.abs() > 0.0));
         let groups: Vec<&[usize]> = felt.chunks(DERIVATIVES_TOGETHER).collect();
+        let chains = self.chains(unknowns)?;
+        let motions = if groups.is_empty() { Vec::new() } else { self.solved(&chains)? };
         let solved = map_in_parallel(groups.len(), self.model.n_threads, |group| {
             let asked: Vec<By<'_>> = groups[group].iter().map(|k| By::Driving(&errors_m[*k])).collect();
-            let (_, passed_on) = self.predicted(unknowns, &asked)?;
+            let passed_on = self.derivatives(&motions, unknowns, &asked)?;
             let told = groups[group].iter().zip(&passed_on).map(|(k, passed_on)| told(*k, Some(passed_on)));
             Ok::<_, FitError>(told.collect::<Vec<T>>())
         });

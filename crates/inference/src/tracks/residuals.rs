@@ -9,7 +9,7 @@ use std::sync::{
 };
 
 use chainwave_measurement::{BodyTrack, Estimate, Observation, map_in_parallel};
-use chainwave_mechanics::{Chain, Drive, ReferenceMotion, Schedule, Striker};
+use chainwave_mechanics::{Chain, Drive, Kept, ReferenceMotion, Schedule, Striker};
 use nalgebra::DVector;
 
 use super::family::{Family, Struck};
@@ -17,7 +17,7 @@ use super::model::TrackModel;
 use super::resistances::SharedResistances;
 use super::response::{Response, solve};
 use super::shared_errors::SharedErrors;
-use super::windows::{Sides, Windows, changes_of, n_outputs};
+use super::windows::{Sides, Windows, changes_of, kept_of_node, n_outputs};
 use crate::damping::{N_DAMPINGS, critical_kg_per_s, damping_like};
 use crate::error::FitError;
 use crate::excess;
@@ -186,7 +186,8 @@ impl<'a> TrackResiduals<'a> {
             Some((_, model)) => Ok(model),
             None => {
                 let chains = self.chains(at)?;
-                self.model_of(at, &solve(&chains, &self.schedule_of(at), self.model.n_threads)?)
+                let motions = solve(&chains, &self.schedule_of(at), |_| Kept::Outputs, self.model.n_threads)?;
+                self.model_of(at, &motions)
             }
         }
     }
@@ -293,7 +294,8 @@ impl TrackResiduals<'_> {
     ) -> Result<(SolvedModel, [NormalEquations; N]), FitError> {
         let (n_threads, n_shared) = (self.model.n_threads, self.n_shared());
         let chains = self.chains(at)?;
-        let motions = solve(&chains, &self.schedule_of(at), n_threads)?;
+        let kept = |node| kept_of_node(node, with_derivatives);
+        let motions = solve(&chains, &self.schedule_of(at), kept, n_threads)?;
         let model = self.model_of(at, &motions)?;
         let (sides, places) =
             if with_derivatives { self.sides(at)? } else { (Vec::new(), vec![None; n_shared]) };

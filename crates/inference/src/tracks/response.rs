@@ -3,7 +3,7 @@
 use std::{num::NonZero, ops::Range};
 
 use chainwave_measurement::{BodyTrack, SampleWeights, map_in_parallel};
-use chainwave_mechanics::{Chain, MechanicsError, ReferenceMotion, Resistance, Schedule};
+use chainwave_mechanics::{Chain, Kept, MechanicsError, ReferenceMotion, Resistance, Schedule};
 
 use super::family::{Family, N_DERIVATIVE_NODES, Weights};
 use super::samples::Samples;
@@ -44,15 +44,15 @@ pub(super) struct MotionOfTrack {
     pub(super) derivatives_m: Vec<Vec<f64>>,
 }
 
-/// Solves the chains at all nodes of a family, on `n_threads` threads.
+/// Solves the chains at all nodes of a family, of each of which some is kept, on `n_threads` threads.
 pub(super) fn solve<'a>(
     chains: &'a [Chain],
     schedule: &Schedule,
+    kept: impl Fn(usize) -> Kept + Sync,
     n_threads: NonZero<usize>,
 ) -> Result<Vec<ReferenceMotion<'a>>, MechanicsError> {
-    map_in_parallel(chains.len(), n_threads, |node| ReferenceMotion::solve(&chains[node], schedule))
-        .into_iter()
-        .collect()
+    let solved = |node: usize| ReferenceMotion::solve(&chains[node], schedule, kept(node));
+    map_in_parallel(chains.len(), n_threads, solved).into_iter().collect()
 }
 
 impl Response {
@@ -110,20 +110,18 @@ impl Driven<'_> {
         let samples = || instants.iter().flatten().flat_map(SampleWeights::samples);
         let start = samples().min().unwrap_or(window.outputs.start);
         let range = start..samples().max().map_or(start, |last| last + 1);
-        let instants: Vec<Option<SampleWeights>> =
-            instants.iter().map(|one| one.map(|instant| instant.counted_from(start))).collect();
-        let positions = &track.position_m[frames.clone()];
-        let read = |of_instant: &dyn Fn(&SampleWeights) -> f64| -> Vec<f64> {
-            let seen = instants.iter().zip(positions).filter(|(_, position)| position.is_some());
-            seen.map(|(instant, _)| instant.as_ref().map_or(0.0, of_instant)).collect()
-        };
+        let seen = instants.iter().zip(&track.position_m[frames.clone()]);
+        let seen: Vec<Option<SampleWeights>> = seen
+            .filter(|(_, position)| position.is_some())
+            .map(|(instant, _)| instant.map(|instant| instant.counted_from(start)))
+            .collect();
         let mut mixed = vec![[0.0; 2]; range.len()];
         mix(value, &of_nodes(&response.nodes, track.body, &range), &mut mixed);
-        let displacement_m = read(&|instant| instant.displacement_m(&mixed));
-        let velocity_m_per_s = read(&|instant| instant.velocity_m_per_s(&mixed));
+        let displacement_m = read(&seen, |instant| instant.displacement_m(&mixed));
+        let velocity_m_per_s = read(&seen, |instant| instant.velocity_m_per_s(&mixed));
         let mut mixture = |weights: &Weights, nodes: &[Samples]| {
             mix(weights, &of_nodes(nodes, track.body, &range), &mut mixed);
-            read(&|instant| instant.displacement_m(&mixed))
+            read(&seen, |instant| instant.displacement_m(&mixed))
         };
         let by_striker_s = mixture(slope, &response.nodes);
         let resistances_m = response.resistances.iter().map(|nodes| mixture(value, nodes)).collect();
@@ -131,11 +129,16 @@ impl Driven<'_> {
         let derivative_m = |nodes: &[Samples; N_DERIVATIVE_NODES]| {
             let range = range.start - first..range.end - first;
             mix(&self.of_derivatives, &of_nodes(nodes, track.body, &range), &mut mixed);
-            read(&|instant| instant.displacement_m(&mixed))
+            read(&seen, |instant| instant.displacement_m(&mixed))
         };
         let derivatives_m = window.derivatives.iter().map(derivative_m).collect();
         MotionOfTrack { frames, displacement_m, velocity_m_per_s, by_striker_s, resistances_m, derivatives_m }
     }
+}
+
+/// What is read at each of some instants; nothing where a body is at rest still.
+fn read(instants: &[Option<SampleWeights>], of_instant: impl Fn(&SampleWeights) -> f64) -> Vec<f64> {
+    instants.iter().map(|instant| instant.as_ref().map_or(0.0, &of_instant)).collect()
 }
 
 /// The samples of a body at each node.

@@ -10,15 +10,24 @@ pub(super) struct Samples {
     pairs: Vec<[f64; 2]>,
 }
 
+/// Times of a body that are written together, so that a line of memory is fetched once for all of them.
+const TOGETHER: usize = 16;
+
 impl Samples {
     pub(super) fn of(motion: &Trajectory) -> Self {
         let n_times = motion.times_s.len();
         let (x_m, v_m_per_s) = (&motion.displacement_m, &motion.velocity_m_per_s);
         let mut pairs = vec![[0.0; 2]; x_m.len()];
-        // The samples of a time lie side by side in derivatives.
-        for (time, (x_m, v_m_per_s)) in x_m.columns().into_iter().zip(v_m_per_s.columns()).enumerate() {
-            let places = pairs.iter_mut().skip(time).step_by(n_times);
-            places.zip(x_m.iter().zip(v_m_per_s)).for_each(|(place, (x_m, v))| *place = [*x_m, *v]);
+        let of_bodies = pairs.chunks_exact_mut(n_times.max(1));
+        // The samples of a time lie side by side in derivatives, those of a body in motions.
+        match [x_m, v_m_per_s].map(|all| all.t().to_slice()) {
+            [Some(x_m), Some(v_m_per_s)] => gather([x_m, v_m_per_s], x_m.len() / n_times.max(1), of_bodies),
+            _ => {
+                for (pairs, (x_m, v_m_per_s)) in of_bodies.zip(x_m.outer_iter().zip(v_m_per_s.outer_iter())) {
+                    let samples = x_m.into_iter().zip(v_m_per_s);
+                    pairs.iter_mut().zip(samples).for_each(|(pair, (x_m, v))| *pair = [*x_m, *v]);
+                }
+            }
         }
         Self { n_times, pairs }
     }
@@ -33,5 +42,23 @@ impl Samples {
     pub(super) fn of_body(&self, body: usize, range: &Range<usize>) -> &[[f64; 2]] {
         let first = (body - 1) * self.n_times;
         &self.pairs[first + range.start..first + range.end]
+    }
+}
+
+/// Puts displacements and velocities, those of all bodies at one time behind those at the time before, into the bodies' pairs.
+fn gather<'a>(
+    [x_m, v_m_per_s]: [&[f64]; 2],
+    n_bodies: usize,
+    of_bodies: impl Iterator<Item = &'a mut [[f64; 2]]>,
+) {
+    let mut of_bodies: Vec<_> = of_bodies.map(|pairs| pairs.chunks_mut(TOGETHER)).collect();
+    let n = (n_bodies * TOGETHER).max(1);
+    for (x_m, v_m_per_s) in x_m.chunks(n).zip(v_m_per_s.chunks(n)) {
+        for (body, pairs) in of_bodies.iter_mut().enumerate() {
+            let [x_m, v_m_per_s] = [x_m, v_m_per_s].map(|all| all[body..].iter().step_by(n_bodies));
+            let samples = x_m.zip(v_m_per_s);
+            let pairs = pairs.next().into_iter().flatten();
+            pairs.zip(samples).for_each(|(pair, (x_m, v))| *pair = [*x_m, *v]);
+        }
     }
 }

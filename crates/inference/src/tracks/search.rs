@@ -24,6 +24,8 @@ pub(super) struct StatedSearch<'a> {
     problem: TrackResiduals<'a>,
     impact_times_s: &'a [f64],
     found: Result<StatedFit, Failure<FitError>>,
+    /// Simulations of the search from whose end it began.
+    n_simulations_before: u64,
 }
 
 /// The stated model at its minimum, and how many of the starts end there.
@@ -53,7 +55,31 @@ impl<'a> StatedSearch<'a> {
     ) -> Result<Self, FitError> {
         let problem = TrackResiduals::new(observations, model, &[])?;
         let found = stated_fit(&problem, problem.starts(impact_times_s)?);
-        Ok(Self { problem, impact_times_s, found })
+        Ok(Self { problem, impact_times_s, found, n_simulations_before: 0 })
+    }
+
+    /// The search for the same model with more errors that readings share ([`TrackModel::usual_errors`]). Of known size as they are, they move a minimum
+    /// by little: where all of the starts led to one minimum it goes on from there, and else, or where none is near, from the usual starts.
+    ///
+    /// # Errors
+    /// As for [`StatedSearch::new`].
+    pub(super) fn with_errors<'b>(&self, model: &'b TrackModel) -> Result<StatedSearch<'b>, FitError>
+    where
+        'a: 'b,
+    {
+        let Self { problem: TrackResiduals { observations, .. }, impact_times_s, .. } = *self;
+        let problem = TrackResiduals::new(observations, model, &[])?;
+        let agreed = self.found.as_ref().ok().filter(|found| found.n_same == STARTS.len());
+        let near = agreed.and_then(|found| {
+            let near = stated_fit(&problem, vec![found.fit.minimum.at.clone()]).ok()?;
+            Some(StatedFit { n_same: found.n_same, ..near })
+        });
+        let found = match near {
+            Some(near) => Ok(near),
+            None => stated_fit(&problem, problem.starts(impact_times_s)?),
+        };
+        let n_simulations_before = self.problem.n_simulations();
+        Ok(StatedSearch { problem, impact_times_s, found, n_simulations_before })
     }
 
     /// What is left over at the minimum, where one was found.
@@ -71,7 +97,7 @@ impl<'a> StatedSearch<'a> {
     /// # Errors
     /// As [`fit_tracks`](super::fit_tracks).
     pub(super) fn fit(self, elsewhere_kg_per_s: Option<f64>) -> Result<TrackFit, FitError> {
-        let Self { problem, impact_times_s, found } = self;
+        let Self { problem, impact_times_s, found, n_simulations_before } = self;
         let observations = problem.observations;
         let best = match (found, elsewhere_kg_per_s) {
             (Err(Failure::Unsettled { .. }), Some(c_d_kg_per_s)) if c_d_kg_per_s > 0.0 => {
@@ -97,7 +123,8 @@ impl<'a> StatedSearch<'a> {
                 (None, explained(observations, other), n_same)
             }
         };
-        finish(observations, (&fit, &rivals), (stated, n_same))
+        let found = finish(observations, (&fit, &rivals), (stated, n_same))?;
+        Ok(TrackFit { n_simulations: found.n_simulations + n_simulations_before, ..found })
     }
 }
 

@@ -8,7 +8,7 @@ use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
 use chainwave_measurement::map_in_parallel;
-use chainwave_mechanics::{Change, MechanicsError, ReferenceMotion, Replay, Stretch, Variations};
+use chainwave_mechanics::{Change, Kept, MechanicsError, ReferenceMotion, Replay, Stretch, Variations};
 
 use super::family::{DERIVATIVE_NODES, Family, N_DERIVATIVE_NODES, Struck};
 use super::samples::Samples;
@@ -40,6 +40,11 @@ const SHORTEST: usize = 16;
 /// Outputs of a window of derivatives of so many bodies by so many unknowns.
 pub(super) fn n_outputs(n_unknowns: usize, n_bodies: usize) -> usize {
     (HELD / (n_unknowns * N_DERIVATIVE_NODES * n_bodies).max(1)).max(SHORTEST)
+}
+
+/// What is kept of the motion at a node of a family: its steps where derivatives go along it.
+pub(super) fn kept_of_node(node: usize, with_derivatives: bool) -> Kept {
+    if with_derivatives && DERIVATIVE_NODES.contains(&node) { Kept::Steps } else { Kept::Outputs }
 }
 
 /// The changes of a chain at the nodes of a family, as many together as go through one integration.
@@ -187,7 +192,7 @@ mod tests {
         let chains: Vec<Chain> = (0..family.n_nodes()).map(|node| family.struck(node, &centre)).collect();
         let n_threads = NonZero::<usize>::MIN;
         let schedule = Schedule::automatic(5e-4 * n_bodies as f64, 2e-5);
-        let motions = solve(&chains, &schedule, n_threads).unwrap();
+        let motions = solve(&chains, &schedule, |_| Kept::Outputs, n_threads).unwrap();
         let windows = Windows::new(&motions, &changes, n_outputs(n_bodies, n_bodies), n_threads).unwrap();
         let n_samples = |window: Result<Window, MechanicsError>| -> usize {
             window.unwrap().derivatives.iter().flatten().map(Samples::len).sum()

@@ -1,6 +1,7 @@
 //! Choice of method and step: constant, halved until two runs agree, or adaptive, as the scene calls for.
 
 use super::{
+    recorded_steps::RecordedSteps,
     recorder::Recorder,
     run::{Pacing, Run, RunRequest},
     schedule::{Integration, Schedule},
@@ -38,16 +39,18 @@ pub(crate) struct Carried {
     pub(crate) order: RunRequest,
     /// The chain that was integrated in place of the one that was asked for.
     pub(crate) instead: Option<Chain>,
+    /// The states of all masses at all outputs, where they are held.
+    pub(crate) steps: Option<RecordedSteps>,
 }
 
-/// Runs a chain as its schedule says, and keeps one of so many outputs.
+/// Runs a chain as its schedule says, and keeps one of so many outputs, and the states of all masses at all of them or not.
 pub(crate) fn run(
     chain: &Chain,
     schedule: &Schedule,
     n_outputs: usize,
-    keep_every: usize,
+    (keep_every, holds_steps): (usize, bool),
 ) -> Result<Carried, MechanicsError> {
-    let task = Assignment { chain, schedule, n_outputs, keep_every };
+    let task = Assignment { chain, schedule, n_outputs, keep_every, holds_steps };
     match schedule.integration {
         Integration::Steps { method, dt_s } => task.with_steps(method, dt_s),
         Integration::Accuracy { method, accuracy } if method.is_adaptive() => {
@@ -65,11 +68,13 @@ struct Assignment<'a> {
     schedule: &'a Schedule,
     n_outputs: usize,
     keep_every: usize,
+    holds_steps: bool,
 }
 
 impl Carried {
-    fn by(run: Run<'_, Recorder>, choice: String) -> Self {
-        Self { order: run.order(), simulation: run.finish(choice), instead: None }
+    fn by(mut run: Run<'_, Recorder>, choice: String) -> Self {
+        let steps = run.record.take_steps();
+        Self { order: run.order(), simulation: run.finish(choice), instead: None, steps }
     }
 }
 
@@ -82,6 +87,7 @@ impl Assignment<'_> {
             output_interval_s: self.schedule.output_interval_s,
             n_outputs: self.n_outputs,
             keep_every: self.keep_every,
+            holds_steps: self.holds_steps,
         }
     }
 

@@ -3,7 +3,7 @@
 use chainwave_measurement::Trajectory;
 use ndarray::Array2;
 
-use super::{record::Record, simulation::StrikerMotion};
+use super::{record::Record, recorded_steps::RecordedSteps, simulation::StrikerMotion};
 use crate::equations::{
     row::{MassRow, RowEnd},
     state::ChainState,
@@ -21,13 +21,21 @@ pub(crate) struct Recorder {
     /// Displacements and velocities of the bodies at the outputs that are not written yet, output after output, and the number of the first of these.
     waiting: [Vec<f64>; 2],
     first_waiting: usize,
+    /// The states of all masses at all outputs, where they are held.
+    steps: Option<RecordedSteps>,
 }
 
 /// Outputs that are written together: the times of a body lie side by side, so that one output by itself would touch a line of memory for each body.
 const TOGETHER: usize = 32;
 
 impl Recorder {
-    pub(crate) fn new(n_bodies: usize, times_s: Vec<f64>, keep_every: usize, row: &MassRow<'_>) -> Self {
+    /// Of as many outputs as there are times, each the last one of `keep_every` outputs, whose steps are held beside or not.
+    pub(crate) fn new(
+        row: &MassRow<'_>,
+        n_bodies: usize,
+        (times_s, keep_every): (Vec<f64>, usize),
+        steps: Option<RecordedSteps>,
+    ) -> Self {
         let shape = (n_bodies, times_s.len());
         let at_rest = || StrikerMotion {
             displacement_m: vec![0.0; times_s.len()],
@@ -43,6 +51,7 @@ impl Recorder {
             keep_every,
             waiting: [Vec::new(), Vec::new()],
             first_waiting: 0,
+            steps,
         }
     }
 
@@ -71,13 +80,25 @@ impl Recorder {
         if difference > 0.0 { difference / largest } else { 0.0 }
     }
 
+    /// Hands out the steps that are held.
+    pub(crate) fn take_steps(&mut self) -> Option<RecordedSteps> {
+        self.steps.take()
+    }
+
     pub(crate) fn finish(self) -> (Trajectory, [Option<StrikerMotion>; 2]) {
         (self.trajectory, self.strikers)
     }
 }
 
 impl Record for Recorder {
+    fn takes(&self, k: usize) -> bool {
+        self.steps.is_some() || k.is_multiple_of(self.keep_every)
+    }
+
     fn record(&mut self, k: usize, state: &ChainState) {
+        if let Some(steps) = &mut self.steps {
+            steps.record(k, state);
+        }
         if !k.is_multiple_of(self.keep_every) {
             return;
         }

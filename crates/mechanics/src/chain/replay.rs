@@ -1,18 +1,19 @@
-//! A motion of all masses part by part: gone through again as it was solved, so that its steps are never held over all of the time.
+//! A motion of all masses part by part: from its steps where they are few and were held, and else gone through again as it was solved, so that they are
+//! never held over all of a long time.
 
 use chainwave_measurement::Trajectory;
-use ndarray::{Array2, ShapeBuilder};
+use ndarray::Array2;
 
 use super::{
-    record::Record,
+    recorded_steps::RecordedSteps,
     run::{Run, RunRequest, RunState},
     step_size::Pace,
 };
-use crate::equations::{parameters::Chain, row::MassRow, state::ChainState};
+use crate::equations::{parameters::Chain, row::MassRow};
 use crate::error::MechanicsError;
 
 /// The motion of all masses from one output to another.
-#[derive(Debug)]
+#[derive(Debug, PartialEq)]
 pub struct Stretch {
     /// The first output and the last one.
     pub(super) outputs: [usize; 2],
@@ -22,8 +23,7 @@ pub struct Stretch {
 
 /// A motion on its way from output to output, the same to the last bit as when it was solved first.
 pub struct Replay<'a> {
-    run: Run<'a, RecordedSteps>,
-    at: RunState,
+    source: Source<'a>,
     /// Steps between outputs, and how long one is.
     n_between: usize,
     interval_s: f64,
@@ -32,41 +32,44 @@ pub struct Replay<'a> {
     output: usize,
 }
 
-/// States one behind the other.
-struct RecordedSteps {
-    n_masses: usize,
-    x_m: Vec<f64>,
-    v_m_per_s: Vec<f64>,
+/// From where its steps come.
+enum Source<'a> {
+    Held(&'a RecordedSteps),
+    Again(Box<Again<'a>>),
 }
 
-impl Record for RecordedSteps {
-    fn record(&mut self, _: usize, state: &ChainState) {
-        self.x_m.extend_from_slice(&state.x_m[..self.n_masses]);
-        self.v_m_per_s.extend_from_slice(&state.v_m_per_s[..self.n_masses]);
-    }
+/// A run that is made again.
+struct Again<'a> {
+    run: Run<'a, RecordedSteps>,
+    at: RunState,
 }
 
-impl RecordedSteps {
-    /// The first so many states, the masses of each side by side; the last of them stays, and those behind it.
-    fn take(&mut self, n: usize) -> [Array2<f64>; 2] {
-        let Self { n_masses, x_m, v_m_per_s } = self;
-        [x_m, v_m_per_s].map(|rows| {
-            let rest = rows.split_off((n - 1) * *n_masses);
-            let mut taken = std::mem::replace(rows, rest);
-            taken.extend_from_slice(&rows[..*n_masses]);
-            Array2::from_shape_fn((*n_masses, n).f(), |(mass, step)| taken[step * *n_masses + mass])
-        })
+impl Again<'_> {
+    /// Goes on to a step, and hands out so many up to it; that one stays, and those behind it.
+    fn until(&mut self, last: usize, n: usize) -> Result<[Array2<f64>; 2], MechanicsError> {
+        self.run.go_on(&mut self.at, last)?;
+        let steps = self.run.record.of(0, n);
+        self.run.record.forget(n - 1);
+        Ok(steps)
     }
 }
 
 impl<'a> Replay<'a> {
     /// From t = 0, of a chain that was integrated by an order.
     pub(super) fn of(chain: &'a Chain, order: RunRequest, n_outputs: usize) -> Result<Self, MechanicsError> {
-        let n_masses = MassRow::of(chain).n_masses();
-        let steps = RecordedSteps { n_masses, x_m: Vec::new(), v_m_per_s: Vec::new() };
+        let steps = RecordedSteps::new(&MassRow::of(chain), 0);
         let (run, at) = Run::begin(chain, &Pace::new(chain), order, steps)?;
+        Ok(Self::from(Source::Again(Box::new(Again { run, at })), order, n_outputs))
+    }
+
+    /// The same from the steps that were held when it was solved.
+    pub(super) fn held(steps: &'a RecordedSteps, order: RunRequest, n_outputs: usize) -> Self {
+        Self::from(Source::Held(steps), order, n_outputs)
+    }
+
+    fn from(source: Source<'a>, order: RunRequest, n_outputs: usize) -> Self {
         let (n_between, interval_s) = (order.keep_every, order.output_interval_s);
-        Ok(Self { run, at, n_between, interval_s, n_outputs, output: 0 })
+        Self { source, n_between, interval_s, n_outputs, output: 0 }
     }
 
     /// Goes on to an output, and gives the motion from the output where it stood to that one.
@@ -77,9 +80,12 @@ impl<'a> Replay<'a> {
         let first = self.output;
         let last = output.min(self.n_outputs - 1).max(first);
         self.output = last;
-        self.run.go_on(&mut self.at, last * self.n_between)?;
         let steps = first * self.n_between..=last * self.n_between;
-        let [displacement_m, velocity_m_per_s] = self.run.record.take(steps.clone().count());
+        let n = steps.clone().count();
+        let [displacement_m, velocity_m_per_s] = match &mut self.source {
+            Source::Held(held) => held.of(*steps.start(), n),
+            Source::Again(again) => again.until(*steps.end(), n)?,
+        };
         let times_s = steps.map(|k| k as f64 * self.interval_s).collect();
         let masses = Trajectory { times_s, displacement_m, velocity_m_per_s };
         Ok(Stretch { outputs: [first, last], masses })
@@ -88,7 +94,10 @@ impl<'a> Replay<'a> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{schedule::Schedule, sensitivity::ReferenceMotion};
+    use super::super::{
+        schedule::Schedule,
+        sensitivity::{Kept, ReferenceMotion},
+    };
     use super::*;
     use crate::contact::PowerLaw;
     use crate::equations::parameters::{Drive, FarEnd, Striker};
@@ -106,18 +115,30 @@ mod tests {
         }
     }
 
+    fn n_held(replay: &Replay<'_>) -> usize {
+        match &replay.source {
+            Source::Held(steps) => steps.n_held(),
+            Source::Again(again) => again.run.record.n_held(),
+        }
+    }
+
     /// The most displacements that parts of so many outputs hold at once, and those of all steps.
     fn held(n_bodies: usize, length: usize) -> (usize, usize) {
         let (chain, interval_s) = (chain(n_bodies), 1e-4);
         let schedule = Schedule::automatic(6e-4 * n_bodies as f64, interval_s);
-        let motion = ReferenceMotion::solve(&chain, &schedule).unwrap();
+        let motion = ReferenceMotion::solve(&chain, &schedule, Kept::Outputs).unwrap();
+        let at_steps = ReferenceMotion::solve(&chain, &schedule, Kept::Steps).unwrap();
+        let mut from_held = at_steps.replay().unwrap();
+        assert!(matches!(from_held.source, Source::Held(_)));
         let (mut replay, n_outputs) = (motion.replay().unwrap(), motion.n_outputs());
         let (mut most, mut all) = (0, 0);
         let moved = &motion.simulation().trajectory.displacement_m;
         for first in (0..n_outputs - 1).step_by(length) {
-            let Stretch { outputs: [start, end], masses } = replay.until(first + length).unwrap();
+            let stretch = replay.until(first + length).unwrap();
+            assert_eq!(stretch, from_held.until(first + length).unwrap());
+            let Stretch { outputs: [start, end], masses } = stretch;
             assert_eq!([start, end], [first, (first + length).min(n_outputs - 1)]);
-            most = most.max(masses.displacement_m.len() + replay.run.record.x_m.len());
+            most = most.max(masses.displacement_m.len() + n_held(&replay));
             all += masses.displacement_m.len();
             // The same motion, to the last bit.
             for (output, k) in (start..=end).zip((0..).step_by(replay.n_between)) {

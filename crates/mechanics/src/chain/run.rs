@@ -1,8 +1,8 @@
 //! The march of one integration: steps and their control, switches, outputs.
 
 use super::{
-    front::Front, ledger::Ledger, record::Record, recorder::Recorder, schedule::Bodies,
-    simulation::Simulation, step_size::Pace, switch::cut_at_switch,
+    front::Front, ledger::Ledger, record::Record, recorded_steps::RecordedSteps, recorder::Recorder,
+    schedule::Bodies, simulation::Simulation, step_size::Pace, switch::cut_at_switch,
 };
 use crate::equations::{
     model::ChainModel,
@@ -41,6 +41,8 @@ pub(crate) struct RunRequest {
     pub(crate) n_outputs: usize,
     /// Of so many outputs one is kept, the first one and each that comes so many behind it.
     pub(crate) keep_every: usize,
+    /// Whether the states of all masses at all outputs are held beside those that are kept.
+    pub(crate) holds_steps: bool,
 }
 
 /// How a run finds its steps.
@@ -89,7 +91,9 @@ impl<'a> Run<'a, Recorder> {
     ) -> Result<Self, MechanicsError> {
         let kept = (0..order.n_outputs).step_by(order.keep_every);
         let times_s: Vec<f64> = kept.map(|k| k as f64 * order.output_interval_s).collect();
-        let recorder = Recorder::new(chain.n_bodies(), times_s, order.keep_every, &MassRow::of(chain));
+        let row = MassRow::of(chain);
+        let steps = order.holds_steps.then(|| RecordedSteps::new(&row, order.n_outputs));
+        let recorder = Recorder::new(&row, chain.n_bodies(), (times_s, order.keep_every), steps);
         let (mut run, mut at) = Self::begin(chain, pace, order, recorder)?;
         run.go_on(&mut at, order.n_outputs - 1)?;
         if let Some((gap, end_m)) = pace.fallen_off(&run.ledger) {
@@ -186,6 +190,10 @@ impl<'a, R: Record> Run<'a, R> {
             let reach = self.ledger.book_gaps(&self.model, &at.state, &at.ahead, TimeStep { time_s, h_s });
             self.control.reach(self.model.reach_of_bodies(&at.ahead, reach));
             while at.next_output < self.order.n_outputs && self.time_of(at.next_output) <= end_s {
+                if !self.is_asked(at.next_output) {
+                    at.next_output += 1;
+                    continue;
+                }
                 let output_s = self.time_of(at.next_output);
                 // Methods that cannot interpolate stop at every output, be it that a switch ended the step there.
                 if (reached && output_s >= target_s) || !self.control.passes_outputs {
@@ -213,6 +221,17 @@ impl<'a, R: Record> Run<'a, R> {
 
     fn time_of(&self, output: usize) -> f64 {
         output as f64 * self.order.output_interval_s
+    }
+
+    /// Whether anything is made of an output.
+    fn is_asked(&self, k: usize) -> bool {
+        self.record.takes(k) || self.is_booked(k)
+    }
+
+    /// Whether the energy is booked at an output.
+    fn is_booked(&self, k: usize) -> bool {
+        let last = self.order.n_outputs - 1;
+        k.is_multiple_of(last.div_ceil(ENERGY_BOOKINGS)) || k == last
     }
 
     fn begin_step(&mut self, state: &ChainState, continued: bool) {
@@ -268,8 +287,7 @@ impl<'a, R: Record> Run<'a, R> {
 
     fn output(&mut self, k: usize, state: &ChainState) -> Result<(), MechanicsError> {
         self.record.record(k, state);
-        let last = self.order.n_outputs - 1;
-        if k.is_multiple_of(last.div_ceil(ENERGY_BOOKINGS)) || k == last {
+        if self.is_booked(k) {
             let held_j = self.ledger.book_total(&self.model, state);
             if !held_j.is_finite() {
                 return Err(MechanicsError::NotFinite { time_s: self.time_of(k) });

@@ -9,6 +9,7 @@ use ndarray::{Array2, ShapeBuilder};
 use super::{
     automatic::{self, Carried},
     change::{Change, DerivativeRequest, Resistance},
+    recorded_steps::RecordedSteps,
     replay::{Replay, Stretch},
     run::RunRequest,
     schedule::Schedule,
@@ -16,7 +17,11 @@ use super::{
     step_size::Pace,
     tangent::Tangent,
 };
-use crate::equations::{model::ChainModel, parameters::Chain, row::RowEnd};
+use crate::equations::{
+    model::ChainModel,
+    parameters::Chain,
+    row::{MassRow, RowEnd},
+};
 use crate::{check, error::MechanicsError, integrator::method::Method};
 
 /// A motion, and its derivatives by changes of the chain.
@@ -76,7 +81,8 @@ fn solve(
     schedule: &Schedule,
     asked: DerivativeRequest<'_>,
 ) -> Result<Sensitivities, MechanicsError> {
-    let motion = ReferenceMotion::solve(chain, schedule)?;
+    let kept = if asked.n() == 0 { Kept::Outputs } else { Kept::Steps };
+    let motion = ReferenceMotion::solve(chain, schedule, kept)?;
     let derivatives = motion.derivatives(asked.changes, asked.resistances)?;
     Ok(Sensitivities { simulation: motion.simulation, derivatives })
 }
@@ -94,28 +100,43 @@ pub struct ReferenceMotion<'a> {
     /// How it was integrated, with outputs at all steps of the variational equations, and what was in place of the chain.
     order: RunRequest,
     instead: Option<Chain>,
+    /// All of these steps, where they are held.
+    steps: Option<RecordedSteps>,
+}
+
+/// What of a motion is kept.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kept {
+    /// The outputs: for a motion along which little or nothing goes. It is integrated again where anything does.
+    Outputs,
+    /// The steps of the variational equations too, where they are so few that they take little memory, for these to go along them.
+    Steps,
 }
 
 /// Displacements that are held at once of the motion along which all of the derivatives are worked out: 32 MB with the velocities.
 const HELD: usize = 1 << 21;
+/// Displacements of all masses at all steps up to which these are held beside the outputs: 8 MB with the velocities. Longer motions are integrated again.
+const HELD_WHOLE: usize = 1 << 19;
 
 impl<'a> ReferenceMotion<'a> {
     /// Integrates the chain's motion.
     ///
     /// # Errors
     /// As for [`simulate`](super::simulate::simulate).
-    pub fn solve(chain: &'a Chain, schedule: &Schedule) -> Result<Self, MechanicsError> {
+    pub fn solve(chain: &'a Chain, schedule: &Schedule, kept: Kept) -> Result<Self, MechanicsError> {
         chain.check()?;
         check::positive("output_interval_s", schedule.output_interval_s)?;
         let n_between = steps_between(chain, schedule.output_interval_s);
         let output_interval_s = schedule.output_interval_s / n_between as f64;
         let fine = Schedule { output_interval_s, ..*schedule };
         let n_steps = fine.check(chain, n_between)?;
-        let Carried { mut simulation, order, instead } = automatic::run(chain, &fine, n_steps, n_between)?;
+        let holds_steps = kept == Kept::Steps && n_steps * MassRow::of(chain).n_masses() <= HELD_WHOLE;
+        let Carried { mut simulation, order, instead, steps } =
+            automatic::run(chain, &fine, n_steps, (n_between, holds_steps))?;
         let n_outputs = simulation.trajectory.times_s.len();
         simulation.trajectory.times_s =
             (0..n_outputs).map(|k| k as f64 * schedule.output_interval_s).collect();
-        Ok(Self { chain, model: ChainModel::new(chain), simulation, order, instead })
+        Ok(Self { chain, model: ChainModel::new(chain), simulation, order, instead, steps })
     }
 
     /// The motion at the outputs.
@@ -155,7 +176,10 @@ impl<'a> ReferenceMotion<'a> {
     /// # Errors
     /// As when it was solved.
     pub fn replay(&self) -> Result<Replay<'_>, MechanicsError> {
-        Replay::of(self.instead.as_ref().unwrap_or(self.chain), self.order, self.n_outputs())
+        match &self.steps {
+            Some(steps) => Ok(Replay::held(steps, self.order, self.n_outputs())),
+            None => Replay::of(self.instead.as_ref().unwrap_or(self.chain), self.order, self.n_outputs()),
+        }
     }
 
     /// The derivatives by changes and the effects of resistances ([`ReferenceMotion::variations`]) at all outputs.

@@ -16,5 +16,5 @@ use crate::error::MechanicsError;
 pub fn simulate(chain: &Chain, schedule: &Schedule) -> Result<Simulation, MechanicsError> {
     chain.check()?;
     let n_outputs = schedule.check(chain, 1)?;
-    Ok(automatic::run(chain, schedule, n_outputs, 1)?.simulation)
+    Ok(automatic::run(chain, schedule, n_outputs, (1, false))?.simulation)
 }

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use chainwave_mechanics::{
-    Chain, Change, Contact, Contacts, Drive, FarEnd, ImposedMotion, Integration, Law, LinearLaw,
+    Chain, Change, Contact, Contacts, Drive, FarEnd, ImposedMotion, Integration, Kept, Law, LinearLaw,
     MechanicsError, PowerLaw, ReferenceMotion, Resistance, Schedule, Striker, Tension, simulate,
     simulate_with_resistance, simulate_with_sensitivities,
 };
@@ -286,7 +286,7 @@ fn they_may_be_followed_from_output_to_output() {
     let schedule = fine(0.03, 1e-4);
     let alone = [change(&chain, of_body_30, MASS_KG, 1e-4)];
     let found = simulate_with_sensitivities(&chain, &schedule, &alone).unwrap();
-    let motion = ReferenceMotion::solve(&chain, &schedule).unwrap();
+    let motion = ReferenceMotion::solve(&chain, &schedule, Kept::Outputs).unwrap();
     let both = [alone[0].clone(), change(&chain, of_body_3, MASS_KG, 1e-4)];
     let (mut variations, mut replay) = (motion.variations(&both, &[]).unwrap(), motion.replay().unwrap());
     let mut first = 0;

@@ -89,7 +89,7 @@ fn sensitivities_are_those_of_simulations() {
         of_tracks(&response, &Window::whole(response.n_outputs()))
     };
     let chains = problem.chains(&state).unwrap();
-    let motions = solve(&chains, &problem.schedule, model.n_threads).unwrap();
+    let motions = solve(&chains, &problem.schedule, |_| Kept::Steps, model.n_threads).unwrap();
     let (sides, places) = problem.sides(&state).unwrap();
     assert!(places.into_iter().eq((0..problem.n_shared()).map(Some)));
     let changes = changes_of(&sides, &problem.family(&state));
