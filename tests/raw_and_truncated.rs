@@ -110,6 +110,12 @@ fn no_result_replaces_another_or_what_it_is_made_from() {
 
     succeed(tracking(&points, &film, &out).arg("--picture").arg(inner.join("Bild")));
     assert!(rms_error_px(&out) < 0.002 && inner.join("Bild.csv").exists());
+    // With the ending of one of its files, the figure has that name and no second one.
+    succeed(tracking(&points, &film, &out).arg("--picture").arg(inner.join("Fig.1.png")));
+    assert!(inner.join("Fig.1.png").exists() && inner.join("Fig.1.svg").exists());
+    assert!(!inner.join("Fig.1.png.png").exists());
+    let refused = fail(tracking(&points, &film, &out).arg("--picture").arg(inner.join("Bild.JPG")), 2);
+    assert!(refused.contains("--picture: expected a name that ends in .svg or .png"), "{refused}");
 }
 
 #[test]

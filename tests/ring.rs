@@ -186,6 +186,16 @@ fn wrong_scenes_are_refused_with_a_reason() {
         assert!(reason.contains(word), "{to}: {reason}");
         assert!(!out.exists(), "{to}");
     }
+    // What the figures need is missed before the motion is integrated, which an hour of it would show.
+    let path = folder.path().join("scene.toml");
+    let long = scene("velocities")
+        .replace("pitch_m = 0.0296\n", "")
+        .replace("duration_s = 0.02", "duration_s = 20.0");
+    fs::write(&path, long.replace("output_interval_s = 2e-5", "output_interval_s = 2e-2")).expect("a scene");
+    let out = folder.path().join("motion.csv");
+    let reason = fail(chainwave().arg("simulate").arg(&path).arg("--out").arg(&out), 2);
+    assert!(reason.contains("body.pitch_m") && reason.contains("for the figures"), "{reason}");
+    assert!(!out.exists());
 }
 
 fn scene(name: &str) -> String {

@@ -38,8 +38,9 @@ pub(crate) fn track(arguments: &cli::Track) -> Result<Outcome, Error> {
         None => None,
     };
     table::expect_writable(&arguments.out)?;
-    arguments.picture.iter().try_for_each(|stem| expect_folder_of(stem))?;
-    expect_files_apart(arguments)?;
+    let picture = arguments.picture.as_deref().map(stem_of_picture).transpose()?;
+    picture.iter().try_for_each(|stem| expect_folder_of(stem))?;
+    expect_files_apart(arguments, picture.as_deref())?;
     let cli::Sensor { dark, flat } = &arguments.sensor;
     let sensor = SensorFiles::read(dark.as_deref(), flat.as_deref(), &options)?;
     let recordings: Vec<String> =
@@ -67,7 +68,7 @@ pub(crate) fn track(arguments: &cli::Track) -> Result<Outcome, Error> {
     let mut rows = TrackRows::default();
     done.iter().for_each(|(name, tracked)| rows.add_points(name, tracked));
     table::write_result(&arguments.out, rows.table())?;
-    if let Some(stem) = &arguments.picture {
+    if let Some(stem) = &picture {
         draw(stem, &done)?;
     }
     if arguments.matching.accuracy.is_some() {
@@ -118,6 +119,28 @@ impl<'a> Found<'a> {
     }
 }
 
+/// Endings of pictures and pages that no figure is written as here.
+const OTHER_PICTURES: [&str; 10] = ["jpg", "jpeg", "gif", "tif", "tiff", "bmp", "webp", "pdf", "eps", "ps"];
+
+/// The name of a figure without the ending of one of its files. A dot that no ending follows stays part of the name.
+///
+/// # Errors
+/// The ending of a picture that is not written.
+fn stem_of_picture(path: &Path) -> Result<PathBuf, Error> {
+    let ending = path.extension().unwrap_or_default().to_ascii_lowercase();
+    if chainwave_figures::files_of(Path::new("stem")).iter().any(|file| file.extension() == Some(&ending)) {
+        return Ok(path.with_extension(""));
+    }
+    match OTHER_PICTURES.iter().any(|other| ending == *other) {
+        false => Ok(path.to_owned()),
+        true => Err(Error::Argument(format!(
+            "{}: --picture: expected a name that ends in .svg or .png, or in none of a picture's endings, found .{}",
+            path.display(),
+            ending.display()
+        ))),
+    }
+}
+
 /// Draws what was followed.
 fn draw(stem: &Path, done: &[(&str, Followed)]) -> Result<(), Error> {
     // One axis of time needs the rate of each recording.
@@ -128,12 +151,12 @@ fn draw(stem: &Path, done: &[(&str, Followed)]) -> Result<(), Error> {
 }
 
 /// Refuses a recording that is named twice, and a table or a picture in the place of another, or of a file that is read.
-fn expect_files_apart(arguments: &cli::Track) -> Result<(), Error> {
-    let cli::Track { recordings, points, out, picture, sensor, .. } = arguments;
+fn expect_files_apart(arguments: &cli::Track, picture: Option<&Path>) -> Result<(), Error> {
+    let cli::Track { recordings, points, out, sensor, .. } = arguments;
     expect_each_once(recordings)?;
     let of_sensor = [&sensor.dark, &sensor.flat].into_iter().flatten();
     let read: Vec<&Path> = recordings.iter().chain([points]).chain(of_sensor).map(PathBuf::as_path).collect();
-    let drawn = picture.iter().flat_map(|stem| chainwave_figures::files_of(stem));
+    let drawn = picture.into_iter().flat_map(chainwave_figures::files_of);
     let mut written = vec![("the table", out.clone()), ("what was chosen", Choices::path_beside(out))];
     written.extend(drawn.map(|path| ("a file of the picture", path)));
     expect_apart(&read, &written)

@@ -87,6 +87,7 @@ pub fn film_experiment(
     monitor: &Monitor<'_>,
 ) -> Result<FilmTruth, Error> {
     let synthetic = experiment.check_film(trials, path)?;
+    synthetic.camera.check()?;
     let studio = Studio::new(experiment, synthetic)?;
     let takes = studio.takes(trials)?;
     let mut truth = studio.truth(&takes);

@@ -3,7 +3,7 @@
 use chainwave_analysis::probability::normal_beyond;
 use chainwave_analysis::{Rule, SIGNIFICANCE_LEVEL};
 use chainwave_measurement::Estimate;
-use chainwave_mechanics::Chain;
+use chainwave_mechanics::{Chain, Drive};
 
 use crate::measured_rates;
 
@@ -12,9 +12,21 @@ pub(crate) const N_DAMPINGS: usize = 2;
 /// Starting points of a fit: factors on the model's c_d and c_s.
 pub(crate) const STARTS: [[f64; N_DAMPINGS]; 3] = [[1.0, 1.0], [10.0, 0.1], [0.1, 10.0]];
 
+/// Most c_s over critical damping, and over what stops striker and body 1 against each other within a frame. A contact that is damped more shows
+/// nothing else, and closes and opens ever faster, in as many more steps.
+const MOST_STRIKER_DAMPING: [f64; 2] = [10.0, 3.0];
+
 /// Critical damping of the first body on the first contact; a chain to be fitted has bodies.
 pub fn critical_kg_per_s(chain: &Chain) -> f64 {
     chain.linear().map_or(0.0, |linear| linear.critical_damping_kg_per_s())
+}
+
+/// The largest c_s that a search tries, for frames so far apart.
+pub(crate) fn most_striker_damping_kg_per_s(chain: &Chain, frame_s: f64) -> f64 {
+    let Drive::Striker(striker) = &chain.drive else { return f64::INFINITY };
+    let reduced_kg = (striker.mass_kg.recip() + chain.mass_kg[0].recip()).recip();
+    let [of_critical, of_a_frame] = MOST_STRIKER_DAMPING;
+    (of_critical * critical_kg_per_s(chain)).max(of_a_frame * reduced_kg / frame_s)
 }
 
 /// Mean c_d of the bodies.
@@ -112,5 +124,31 @@ pub fn damping_rule() -> Rule {
         ),
         level: Some(SIGNIFICANCE_LEVEL),
         rates: measured_rates::DAMPING.to_vec(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use chainwave_mechanics::{FarEnd, PowerLaw, Striker};
+
+    use super::*;
+
+    #[test]
+    fn a_search_tries_no_dashpot_that_locks_the_strikers_contact() {
+        let chain = |contact: PowerLaw| Chain {
+            mass_kg: vec![0.455e-3; 5],
+            damping_kg_per_s: vec![0.003; 5],
+            ground_stiffness_n_per_m: Vec::new(),
+            ground_law: None,
+            contact: contact.into(),
+            drive: Drive::Striker(Striker { mass_kg: 4.3e-3, velocity_m_per_s: 2.73, damping_kg_per_s: 0.2 }),
+            far_end: FarEnd::Free,
+        };
+        let (usual, frame_s) = (chain(PowerLaw::ELLIPTICAL_RING), 4e-5);
+        let most = most_striker_damping_kg_per_s(&usual, frame_s);
+        assert!((10.0..100.0).contains(&(most / critical_kg_per_s(&usual))), "{most}");
+        // Bodies that hardly touch at rest have no critical damping to speak of, and may still be damped within a blow.
+        let loose = chain(PowerLaw::from_stiffness(1e-6, 1e-9, 1.5).unwrap());
+        assert!(most_striker_damping_kg_per_s(&loose, frame_s) > 10.0);
     }
 }

@@ -3,6 +3,7 @@
 
 mod automatic;
 mod change;
+mod effort;
 mod front;
 mod gap_interpolant;
 mod ledger;

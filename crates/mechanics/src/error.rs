@@ -93,6 +93,24 @@ pub enum MechanicsError {
         /// The step that was still too long, in seconds.
         h_s: f64,
     },
+    /// A motion takes far more steps than its chain's oscillation asks for.
+    #[error(
+        "steps of {method}: expected at most {limit} to try for {duration_s:.3e} s of a chain whose fastest oscillation is {omega_rad_per_s:.3e} \
+         rad/s, found that they do not get beyond t = {time_s:.3e} s (hint: masses, stiffnesses and dampings in SI units, none of them many \
+         orders of magnitude from the others? else a coarser accuracy)"
+    )]
+    TooManySteps {
+        /// The method.
+        method: &'static str,
+        /// Trials of a step that it may take.
+        limit: u64,
+        /// Where it was given up, in seconds.
+        time_s: f64,
+        /// Duration of the motion, in seconds.
+        duration_s: f64,
+        /// The fastest oscillation that the limit is drawn from, in radians per second.
+        omega_rad_per_s: f64,
+    },
     /// A change of a chain is more than changed numbers.
     #[error(
         "change {index}: expected chains that differ from the given one in numbers alone, found another {what}"

@@ -222,7 +222,11 @@ impl Shot {
 }
 
 impl Camera {
-    pub(crate) fn check(&self) -> Result<(), SyntheticError> {
+    /// Refuses settings that no camera has.
+    ///
+    /// # Errors
+    /// The first setting that makes no sense.
+    pub fn check(&self) -> Result<(), SyntheticError> {
         let frame_size = 1..=usize::from(u16::MAX);
         let interval_s = 1.0 / self.rate_hz;
         require(frame_size.contains(&self.width_px), "camera.width_px", "1 to 65535", self.width_px)?;

@@ -1,6 +1,8 @@
 //! The correction of a sensor: dark level, gain map and defects, from dark frames and a flat field.
 
-use chainwave_measurement::{Recording, median};
+use std::collections::BTreeSet;
+
+use chainwave_measurement::{Recording, RecordingInfo, Region, median};
 
 use super::defects::{DefectMap, response};
 use super::statistics::PixelStatistics;
@@ -16,6 +18,10 @@ const SAME_EXPOSURE: f64 = 0.01;
 const MOST_DEFECTS: f64 = 0.02;
 /// So many more say nothing of a small part of a sensor.
 const FEW_DEFECTS: f64 = 10.0;
+/// Dark frames whose mean leaves a tenth of a frame's noise, alike in all frames that it is taken off.
+const ENOUGH_DARK_FRAMES: usize = 100;
+/// Different counts that tell in what steps a file counts.
+const FEWEST_COUNTS: usize = 3;
 
 /// What a sensor's pixels add and multiply, and which of them are defects: count of light = (count - dark) gain.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,6 +39,8 @@ pub struct SensorCorrection {
     /// Exposure of the dark frames.
     dark_exposure_s: Option<f64>,
     dark_sigma_counts: Option<f64>,
+    /// The power of two in whose steps the dark frames count; 1 where they are too even to tell.
+    dark_step_counts: f64,
     gain_sigma: Option<f64>,
 }
 
@@ -51,6 +59,7 @@ impl SensorCorrection {
             n_flat_frames: 0,
             dark_exposure_s: None,
             dark_sigma_counts: None,
+            dark_step_counts: 1.0,
             gain_sigma: None,
         }
     }
@@ -152,6 +161,7 @@ impl SensorCorrection {
         correction.bit_depth = Some(named.info().bit_depth);
         correction.states_depth = states_depth(named.info());
         correction.dark_exposure_s = dark.and_then(|dark| dark.info().exposure_s);
+        correction.dark_step_counts = dark.map_or(Ok(1.0), step_counts)?;
         Ok(correction)
     }
 
@@ -195,20 +205,26 @@ impl SensorCorrection {
     }
 
     /// Refuses a recording of another part of the sensor or of another depth, as far as files state that: frames of a 12 bit sensor may lie
-    /// in a file of 16, but are then no brighter than 12 bits are.
+    /// in a file of 16, but are then no brighter than 12 bits are, and do not count in the steps that 12 bits at the top of 16 have.
     pub(super) fn check(&self, recording: &dyn Recording) -> Result<(), CameraError> {
         let bits = self.bit_depth.unwrap_or(recording.info().bit_depth);
         let expected = PictureShape { width_px: self.width_px, height_px: self.height_px, bits };
         check_same(recording, (expected, self.states_depth), "the sensor's correction")?;
         let full_scale = recording.info().full_scale();
         let most = self.dark.iter().flatten().fold(0.0, |most: f64, &dark| most.max(dark.into()));
-        if most <= full_scale {
-            return Ok(());
-        }
+        let of_dark = match (bits.checked_sub(recording.info().bit_depth), self.dark_step_counts) {
+            _ if most > full_scale => format!("which go up to {most:.0}"),
+            (Some(shift @ 1..), step) if step >= f64::from(shift).exp2() => {
+                format!(
+                    "which are multiples of {step} (hint: divide them by {step}, if bits lie at the top of each number)"
+                )
+            }
+            _ => return Ok(()),
+        };
         Err(CameraError::Correction {
             path: recording.path().into(),
             what: "frames".into(),
-            expected: format!("counts on the scale of the dark frames, which go up to {most:.0}"),
+            expected: format!("counts on the scale of the dark frames, {of_dark}"),
             found: format!("a full scale of {full_scale}"),
         })
     }
@@ -220,7 +236,13 @@ impl SensorCorrection {
         };
         let dark = self.dark.as_ref().map(|_| {
             let sigma = known(self.dark_sigma_counts.map(|sigma| format!("{sigma:.2} counts")));
-            format!("the dark level of {} frames is taken off (known to {sigma})", self.n_dark_frames)
+            let hint = match self.n_dark_frames {
+                ENOUGH_DARK_FRAMES.. => String::new(),
+                _ => format!(
+                    "; hint: the mean of n dark frames leaves 1 / sqrt(n) of a frame's noise on every picture alike, that of {ENOUGH_DARK_FRAMES} a tenth"
+                ),
+            };
+            format!("the dark level of {} frames is taken off (known to {sigma}{hint})", self.n_dark_frames)
         });
         let flat = self.gain.as_ref().map(|_| {
             let sigma = known(self.gain_sigma.map(|sigma| format!("{:.3} %", 100.0 * sigma)));
@@ -252,6 +274,19 @@ fn sigma_of_mean(statistics: &PixelStatistics) -> Option<f64> {
     let rounding: f64 = (1.0_f64 / 12.0).sqrt();
     let n_frames = statistics.n_frames() as f64;
     statistics.noise_counts().map(|noise| noise.max(rounding) / n_frames.sqrt())
+}
+
+/// The largest power of two that divides every count of the first frame, as bits at the top of a longer number leave it; 1 of a frame that is
+/// too even to tell.
+fn step_counts(dark: &dyn Recording) -> Result<f64, CameraError> {
+    let RecordingInfo { width_px, height_px, .. } = *dark.info();
+    let mut counts = vec![0.0; width_px * height_px];
+    dark.read_region(0, Region::whole(width_px, height_px), &mut counts)?;
+    let counts: BTreeSet<u32> = counts.into_iter().map(|count: f32| count as u32).collect();
+    Ok(match counts.len() {
+        ..FEWEST_COUNTS => 1.0,
+        _ => f64::from(counts.iter().fold(0, |bits, count| bits | count).trailing_zeros()).exp2(),
+    })
 }
 
 /// Refuses a recording of another size, or of another depth where that is stated there and in the recording.

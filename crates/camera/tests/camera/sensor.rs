@@ -217,6 +217,27 @@ fn frames_that_do_not_fit_or_tell_nothing_are_refused() {
     assert!(SensorCorrection::of_statistics(None, None).is_none());
 }
 
+#[test]
+fn dark_frames_whose_bits_lie_at_the_top_of_16_are_refused_for_a_recording_of_12() {
+    let head = format!("P5 {WIDTH} {HEIGHT} 4095 ").into_bytes();
+    let (_folder, path) = written(&[head, [8, 0].repeat(WIDTH * HEIGHT)].concat());
+    let corrected = |step: u16| {
+        let (_dark_folder, dark) =
+            opened(&[(0..WIDTH * HEIGHT).map(|at| step * (64 + (at % 3) as u16)).collect()]);
+        let correction = SensorCorrection::from_dark(&*dark).unwrap();
+        Corrected::new(open(&path).unwrap(), Arc::new(correction))
+            .map(|corrected| corrected.info().warnings.clone())
+    };
+    let refused = corrected(16).err().unwrap().to_string();
+    assert!(refused.contains("multiples of 16 (hint: divide them by 16"), "{refused}");
+    let remarks = corrected(1).unwrap();
+    assert!(
+        remarks
+            .iter()
+            .any(|text| text.contains("hint: the mean of n dark frames") && text.contains("that of 100"))
+    );
+}
+
 fn normal(random: &mut Pcg64) -> f64 {
     StandardNormal.sample(random)
 }

@@ -23,8 +23,8 @@ pub(crate) struct Track {
     /// Table to write (.csv, .parquet or .mat).
     #[arg(long, value_name = "FILE")]
     pub(crate) out: PathBuf,
-    /// Figure of displacement over time, by its file name without extension: .svg, .png, its numbers as .csv, and .cbor, from which it can be
-    /// drawn again, are written.
+    /// Figure of displacement over time, by its file name: .svg, .png, its numbers as .csv, and .cbor, from which it can be drawn again, are
+    /// written, whichever of these endings is given or none.
     #[arg(long, value_name = "STEM")]
     pub(crate) picture: Option<PathBuf>,
     /// Reference frame, from 0.
@@ -46,7 +46,8 @@ pub(crate) struct Track {
 /// How images are matched.
 #[derive(Debug, Args)]
 pub(crate) struct Matching {
-    /// Tracking method; default: icgn-cubic-affine. A name that is none is answered with all that there are.
+    /// Tracking method: icgn-INTERPOLATION-SHAPE with one of those below, template-parabola, opencv-lk, opencv-ecc or opencv-phase; default:
+    /// icgn-cubic-affine.
     #[arg(long, value_name = "NAME")]
     pub(crate) method: Option<Method>,
     /// Fastest method with an error of at most PX, tested on these subsets shifted by known amounts.

@@ -107,6 +107,10 @@ fn motion(
 ) -> Result<serde_json::Value, Error> {
     let (mut chain, schedule) =
         (scene.chain(&arguments.scene)?, scene.schedule(&arguments.scene, arguments.jobs)?);
+    // What the figures need is looked for before minutes are spent on the motion.
+    let figures =
+        scene.figures.as_ref().map(|asked| Ok::<_, Error>((asked, scene.pitch_m(&arguments.scene)?)));
+    let figures = figures.transpose()?;
     let (simulation, elements, difference) = match scene.mesh(&arguments.scene)? {
         Mesh::Elements(elements) => {
             if scene.states_accuracy_beside_elements() {
@@ -139,8 +143,8 @@ fn motion(
     if let Some(file) = &scene.shapes_file {
         tables::write_shapes(&arguments.out.with_file_name(file), &simulation)?;
     }
-    if let Some(figures) = &scene.figures {
-        draw(arguments, scene, figures, &chain, &simulation)?;
+    if let Some((asked, pitch_m)) = figures {
+        draw(arguments, scene, (asked, pitch_m), &chain, &simulation)?;
     }
     Ok(summary(&simulation, elements, difference))
 }
@@ -149,11 +153,10 @@ fn motion(
 fn draw(
     arguments: &cli::Simulate,
     scene: &RingScene,
-    asked: &FiguresTable,
+    (asked, pitch_m): (&FiguresTable, f64),
     rings: &RingChain,
     simulation: &RingSimulation,
 ) -> Result<(), Error> {
-    let pitch_m = scene.pitch_m(&arguments.scene)?;
     let folder = arguments.out.with_file_name(&asked.folder);
     let chain_of = |velocity_m_per_s: Option<f64>| match &asked.chain {
         Some(file) => {

@@ -6,6 +6,8 @@ use chainwave_inference::{
 };
 use chainwave_measurement::Estimate;
 
+use crate::wording::probability;
+
 /// The damping that stands for the experiment.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StatedDamping {
@@ -238,7 +240,7 @@ fn reasons(
     };
     let of_energies = |fit: &EnergyFit| {
         rejected_model(tracks, true)
-            .or_else(|| unlikely(fit))
+            .or_else(|| unlikely(fit.reduced_chi_squared, fit.p_value))
             .or_else(|| refusal_by_c_d(fit.damping.chain_damping_kg_per_s, critical_kg_per_s))
     };
     [
@@ -290,11 +292,12 @@ fn misfit(reduced_chi_squared: f64, largest: f64) -> Option<String> {
 
 /// Why the fit to the peak energies does not hold, where chance hardly leaves so much: they are so few that no one bound of reduced chi squared
 /// is as likely for all numbers of gaps.
-fn unlikely(fit: &EnergyFit) -> Option<String> {
-    (fit.p_value < SIGNIFICANCE_LEVEL).then(|| {
+fn unlikely(reduced_chi_squared: f64, p_value: f64) -> Option<String> {
+    (p_value < SIGNIFICANCE_LEVEL).then(|| {
         format!(
-            "reduced chi squared {:.2}, which chance leaves with a probability of {:.1e}, expected at least {SIGNIFICANCE_LEVEL}",
-            fit.reduced_chi_squared, fit.p_value
+            "the chain model does not explain the peak energies: reduced chi squared {reduced_chi_squared:.3}, expected about 1; with a model \
+             that is right chance leaves as much or more with {}, and a fit is refused where p < {SIGNIFICANCE_LEVEL}",
+            probability(p_value)
         )
     })
 }
@@ -324,4 +327,17 @@ fn contradiction_of_energies(c_d: Estimate, of_energies: Estimate) -> Option<Str
             of_energies.value, of_energies.sigma
         )
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_refusal_tells_the_sum_of_squares_from_its_probability() {
+        let said = unlikely(439_456.01, 0.0).unwrap();
+        assert!(said.contains("reduced chi squared 439456.010, expected about 1;"), "{said}");
+        assert!(said.contains("with p < 1e-300, and a fit is refused where p < 0.01"), "{said}");
+        assert!(unlikely(1.1, 0.3).is_none());
+    }
 }

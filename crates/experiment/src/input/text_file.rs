@@ -3,6 +3,8 @@
 use std::path::Path;
 
 use serde::de::DeserializeOwned;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
 
 use crate::error::Error;
 
@@ -11,7 +13,7 @@ use crate::error::Error;
 /// # Errors
 /// A file that cannot be read, that is no text, or whose text is no such configuration.
 pub fn read_toml<T: DeserializeOwned>(path: &Path) -> Result<T, Error> {
-    parse_toml(path, &read_text(path)?)
+    parsed(path, &read_text(path)?)
 }
 
 /// The configuration of a text; `path` is where that was read.
@@ -19,11 +21,54 @@ pub fn read_toml<T: DeserializeOwned>(path: &Path) -> Result<T, Error> {
 /// # Errors
 /// A text that is no such configuration.
 pub fn parse_toml<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, Error> {
+    let parsed = parsed(path, text)?;
+    match not_finite(text) {
+        None => Ok(parsed),
+        Some(message) => Err(Error::Configuration { path: path.to_owned(), message }),
+    }
+}
+
+fn parsed<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, Error> {
     let wrong = |error: toml::de::Error| Error::Configuration {
         path: path.to_owned(),
         message: without_type_names(&error.to_string()),
     };
     toml::from_str(text).map_err(wrong)
+}
+
+/// What is said of the first key whose value is `nan` or `inf`, which TOML knows and no quantity is.
+fn not_finite(text: &str) -> Option<String> {
+    let table = DeTable::parse(text).ok()?;
+    let mut keys = table.get_ref().iter();
+    let NotFinite { key, place, found } =
+        keys.find_map(|(key, value)| NotFinite::first(key.get_ref(), value))?;
+    let line = 1 + text.get(..place)?.matches('\n').count();
+    Some(format!("line {line}: {key}: expected a finite number, found {found}"))
+}
+
+/// A number that is none, where it stands in a text, and as it is written there.
+struct NotFinite {
+    key: String,
+    place: usize,
+    found: String,
+}
+
+impl NotFinite {
+    /// The first one in the value of a key.
+    fn first(key: &str, value: &Spanned<DeValue<'_>>) -> Option<Self> {
+        match value.get_ref() {
+            DeValue::Float(number) => {
+                let is_finite = number.as_str().replace('_', "").parse().is_ok_and(f64::is_finite);
+                let (place, found) = (value.span().start, number.as_str().to_owned());
+                (!is_finite).then(|| Self { key: key.to_owned(), place, found })
+            }
+            DeValue::Array(entries) => entries.iter().find_map(|entry| Self::first(key, entry)),
+            DeValue::Table(table) => {
+                table.iter().find_map(|(own, value)| Self::first(&format!("{key}.{}", own.get_ref()), value))
+            }
+            _ => None,
+        }
+    }
 }
 
 /// Reads a text.
@@ -135,6 +180,20 @@ mod tests {
         let told = read(b"name = \"a\"\nn = -1\n").unwrap_err();
         assert!(told.contains("expected a whole number from 0") && !told.contains("usize"), "{told}");
         assert!(told.contains("line 2"), "{told}");
+    }
+
+    #[test]
+    fn numbers_that_are_none_are_refused_with_their_line() {
+        let values = |text: &str| parse_toml::<toml::Table>(Path::new("a.toml"), text).map(drop);
+        assert!(values("a = 1_000.5e3\nb = [1, -2.0]\n[c]\nd = \"nan\"\n").is_ok());
+        for (text, told) in [
+            ("a = 1\n[b]\nc = nan\n", "line 3: b.c: expected a finite number, found nan"),
+            ("a = [1.0,\n -inf]\n", "line 2: a: expected a finite number, found -inf"),
+            ("[[a]]\nb = { c = 1e999 }\n", "line 2: a.b.c: expected a finite number, found 1e999"),
+        ] {
+            let found = values(text).unwrap_err().to_string();
+            assert!(found.contains(told), "{found}");
+        }
     }
 
     #[test]

@@ -37,9 +37,10 @@ impl PlannedCamera {
     /// The camera that the experiment films with under `[synthetic]`, else a usual one.
     ///
     /// # Errors
-    /// A contact law that makes no sense.
+    /// A contact law that makes no sense, and settings that no camera has.
     pub(super) fn of(setup: &Setup) -> Result<Self, Error> {
         let Some(synthetic) = &setup.experiment.synthetic else { return Self::usual(setup) };
+        synthetic.camera.check()?;
         let mut specimen = synthetic.specimen.clone();
         let unequal_m = setup.experiment.unequal_gaps_at_rest_m()?;
         if !unequal_m.is_empty() {

@@ -19,6 +19,23 @@ fn unfilmed() -> Setup {
     Setup::read(Path::new(SMALL), None).unwrap()
 }
 
+#[test]
+fn a_camera_that_takes_no_frames_is_refused_by_its_key() {
+    let mut setup = unfilmed();
+    setup.experiment.synthetic.as_mut().unwrap().camera.rate_hz = 0.0;
+    let folder = tempfile::tempdir().unwrap();
+    let (path, monitor) = (Path::new(SMALL), &Monitor::SILENT);
+    let planned = plan(&setup, TWO, monitor, &|| 0.0).map(drop);
+    let filmed =
+        film_experiment(&setup.experiment, &setup.table, path, folder.path(), TWO, monitor).map(drop);
+    for refused in [planned, filmed].map(|outcome| outcome.unwrap_err().to_string()) {
+        assert!(
+            refused.contains("`camera.rate_hz`: expected 1 to 4.29e9 frames per second, found 0"),
+            "{refused}"
+        );
+    }
+}
+
 fn planned(setup: &Setup) -> Plan {
     plan(setup, TWO, &Monitor::SILENT, &|| 0.0).unwrap()
 }

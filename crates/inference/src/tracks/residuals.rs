@@ -18,7 +18,7 @@ use super::resistances::SharedResistances;
 use super::response::{Response, solve};
 use super::shared_errors::SharedErrors;
 use super::windows::{Sides, Windows, changes_of, kept_of_node, n_outputs};
-use crate::damping::{N_DAMPINGS, critical_kg_per_s, damping_like};
+use crate::damping::{N_DAMPINGS, critical_kg_per_s, damping_like, most_striker_damping_kg_per_s};
 use crate::error::FitError;
 use crate::excess;
 use crate::least_squares::{
@@ -111,7 +111,8 @@ impl<'a> TrackResiduals<'a> {
         let last_s = observations.iter().map(span).fold(0.0, f64::max);
         let duration_s = last_s + (MARGIN_FRAMES * frame_s).max(0.1 * last_s);
         let schedule = Schedule::automatic(duration_s, frame_s / SAMPLES_PER_FRAME);
-        let mut shared = vec![(0.0, f64::INFINITY); N_DAMPINGS];
+        let mut shared =
+            vec![(0.0, f64::INFINITY), (0.0, most_striker_damping_kg_per_s(&model.chain, frame_s))];
         shared.extend(PriorFactors::new(&model.priors, N_DAMPINGS).bounds());
         shared.extend(asked.iter().map(|quantity| match quantity.is_factor() {
             true => (LARGEST_ASKED.recip(), LARGEST_ASKED),

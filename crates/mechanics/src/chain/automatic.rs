@@ -10,6 +10,7 @@ use super::{
 };
 use crate::equations::parameters::{Chain, Drive, FarEnd, FarStriker};
 use crate::{
+    check,
     contact::{
         contacts::{Contact, Contacts, Law},
         linear::LinearLaw,
@@ -32,6 +33,10 @@ const WIDE_ROOM: f64 = 200.0;
 const HARD: f64 = 10.0;
 /// Halvings after which an accuracy counts as out of reach.
 const MAX_HALVINGS: u32 = 16;
+/// Longest first step of a method of order 1, in radians of the fastest oscillation: what the accuracy takes is told from two short runs.
+const FIRST_AIM_RAD: f64 = 1e-3;
+/// Steps times bodies that halved steps may come to where nobody asked for them (half a minute of computing).
+const MAX_HALVED_BODY_STEPS: f64 = 5e8;
 
 /// A simulation, and how to go through it again.
 pub(crate) struct Carried {
@@ -139,7 +144,7 @@ impl Assignment<'_> {
         let pace = Pace::new(self.chain);
         let omega_rad_per_s = pace.omega_at_rest();
         let order = f64::from(method.order());
-        let aim_rad = accuracy.powf(order.recip()).min(0.5 * method.stable_oscillation());
+        let aim_rad = accuracy.powf(order.recip()).max(FIRST_AIM_RAD).min(0.5 * method.stable_oscillation());
         let longest_s = 0.5 * pace.stable_s(method, omega_rad_per_s);
         let mut dt_s = (aim_rad / omega_rad_per_s).min(longest_s).min(self.schedule.output_interval_s);
         // Steps over a jump of the forces err in proportion to their length, whatever the method.
@@ -156,6 +161,10 @@ impl Assignment<'_> {
             };
             let difference = coarse.map(|coarse| fine.record.relative_difference(&coarse.record));
             let error = difference.map(|difference| difference / gain);
+            if let Some(error) = error {
+                let finer = (error / accuracy).max(1.0).powf(order.recip());
+                self.expect_few_steps(fine.dt_s() / finer)?;
+            }
             if let Some(error) = error.filter(|error| *error <= accuracy) {
                 let choice = format!("{method} was asked for; its step was halved until two runs agreed");
                 let mut carried = Carried::by(fine, choice);
@@ -166,6 +175,13 @@ impl Assignment<'_> {
             coarse = Some(fine);
         }
         Err(MechanicsError::OutOfReach { method: method.name(), accuracy, time_s: 0.0, h_s: dt_s })
+    }
+
+    /// Refuses steps of a length that an accuracy asks for where there are too many of them.
+    fn expect_few_steps(&self, dt_s: f64) -> Result<(), MechanicsError> {
+        let body_steps = self.schedule.duration_s / dt_s * self.chain.n_bodies() as f64;
+        let hint = "a coarser accuracy, or a method of higher order, as dop853 is";
+        check::limit("time steps times bodies", MAX_HALVED_BODY_STEPS, body_steps, hint)
     }
 
     /// The method that the scene asks for.

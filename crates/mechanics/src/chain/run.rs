@@ -1,8 +1,16 @@
 //! The march of one integration: steps and their control, switches, outputs.
 
 use super::{
-    front::Front, ledger::Ledger, record::Record, recorded_steps::RecordedSteps, recorder::Recorder,
-    schedule::Bodies, simulation::Simulation, step_size::Pace, switch::cut_at_switch,
+    effort::{Asked, Effort},
+    front::Front,
+    ledger::Ledger,
+    record::Record,
+    recorded_steps::RecordedSteps,
+    recorder::Recorder,
+    schedule::Bodies,
+    simulation::Simulation,
+    step_size::Pace,
+    switch::cut_at_switch,
 };
 use crate::equations::{
     model::ChainModel,
@@ -56,6 +64,7 @@ pub(crate) enum Pacing {
 
 /// One integration, and what it collects: in `R`, as it is asked for, the motion at its outputs.
 pub(crate) struct Run<'a, R> {
+    chain: &'a Chain,
     model: ChainModel<'a>,
     order: RunRequest,
     rung: Rung,
@@ -162,6 +171,7 @@ impl<'a, R: Record> Run<'a, R> {
             steps: 0,
             contact_switch_times_s: [Vec::new(), Vec::new()],
             force_evaluations: 0,
+            chain,
             model,
             order,
         };
@@ -252,6 +262,9 @@ impl<'a, R: Record> Run<'a, R> {
         let before = self.rung.evaluations();
         let mut h_s = self.control.step_s(target_s - time_s);
         loop {
+            if let Some(effort) = &mut self.control.effort {
+                effort.count(time_s, || Pace::new(self.chain).omega_reached(&self.ledger))?;
+            }
             self.rung.advance(&self.model, state, TimeStep { time_s, h_s }, ahead);
             let Some(shorter_s) = self.control.judge(self.rung.local_error(), h_s) else { break };
             if shorter_s < self.control.least_s {
@@ -334,6 +347,8 @@ struct Control {
     reached_m: f64,
     /// Sum of the steps' relative errors.
     error: f64,
+    /// Of steps that are chosen on the way.
+    effort: Option<Effort>,
 }
 
 /// What adaptive steps are held to.
@@ -380,6 +395,7 @@ impl Control {
             v_m_per_s: v_m_per_s.max(x_m / scale_s),
             reached_m: x_m,
             error: 0.0,
+            effort: None,
         };
         match order.pacing {
             Pacing::Constant { dt_s } => {
@@ -393,6 +409,9 @@ impl Control {
             }
             Pacing::Adaptive { accuracy, room } => {
                 let tolerance = accuracy / room;
+                let (method, n_outputs, n_masses) = (order.method, order.n_outputs, model.n_masses());
+                let asked = Asked { method, tolerance, duration_s, n_outputs, n_masses };
+                control.effort = Some(Effort::new(asked, omega_rad_per_s)?);
                 control.adaptive = Some(Tolerance {
                     per_second: tolerance / duration_s,
                     least: LEAST_SHARE * tolerance,

@@ -171,3 +171,24 @@ fn a_table_is_not_left_where_its_force_falls() {
     // Within the points, and beyond them where the force goes on to rise, the motion stands.
     assert!(struck(&falls, 0.1).is_ok() && struck(&rises, 3.0).is_ok());
 }
+
+/// What takes more steps than the chain's oscillation asks for is given up by their count, on every machine alike.
+#[test]
+fn motions_that_would_take_for_ever_are_refused() {
+    let chain = hec_chain(5, 0.003, striker(2.73, 0.2));
+    // A body of no mass to speak of, which its neighbours swing 1e149 times: with dampers an implicit method steps over that.
+    let mut light = chain.clone();
+    light.mass_kg[2] = 1e-300;
+    assert!(automatic(&light, 0.02).unwrap().steps < 5000);
+    light.damping_kg_per_s.fill(0.0);
+    let refused = automatic(&light, 0.02).unwrap_err().to_string();
+    assert!(refused.contains("time steps times bodies") && refused.contains("SI units"), "{refused}");
+    // A method of order 1 would have to take a hundred million steps for a radian, which two short runs tell.
+    let integration = Integration::Accuracy { method: Method::SymplecticEuler, accuracy: 1e-9 };
+    let refused = simulate(&chain, &Schedule { integration, ..Schedule::automatic(0.02, 1e-4) });
+    let refused = refused.unwrap_err().to_string();
+    assert!(
+        refused.contains("time steps times bodies") && refused.contains("a coarser accuracy"),
+        "{refused}"
+    );
+}
