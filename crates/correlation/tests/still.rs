@@ -1,7 +1,6 @@
 //! A part of the texture that stands still on the sensor while the rest moves: what it keeps back is added by half and stated, on speckle in closed form.
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking, and shows what it measured")]
-#![expect(clippy::print_stdout, reason = "what each case gave is a table to be read")]
 
 mod support;
 
