@@ -10,6 +10,7 @@ pub(crate) mod matcher;
 mod partly_hidden;
 pub(crate) mod predict;
 mod renewal;
+mod still;
 pub(crate) mod together;
 pub(crate) mod tracker;
 
@@ -132,7 +133,7 @@ pub fn track_from(
     for (frame, position) in follower.settled_late() {
         found[frame] = Ok(position);
     }
-    let mut tracks = [Track { name: subset.name.clone(), positions: found }];
+    let mut tracks = [Track { name: subset.name.clone(), positions: found, still_share: None }];
     state_what_frames_tell(
         &mut tracks,
         std::slice::from_mut(&mut follower),
@@ -157,6 +158,9 @@ fn state_what_frames_tell(
     let told = tell_bends(followers, subsets, settings);
     correct(&mut *tracks, &told, BendEstimate::with_bend);
     carry_bends(tracks, &told, followers, first);
+    for (track, follower) in tracks.iter_mut().zip(followers.iter()) {
+        track.still_share = follower.without_still(&mut track.positions);
+    }
     told
 }
 

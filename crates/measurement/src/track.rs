@@ -123,4 +123,7 @@ pub struct Track {
     pub name: String,
     /// One entry for each frame, from frame 0.
     pub positions: Vec<Result<Position, Lost>>,
+    /// Share of the subset's texture that stands still in the image while the rest moves, of its squared gradients; where that is beyond
+    /// doubt and to be seen in the positions, which hold what it keeps back. Told of single tracks alone.
+    pub still_share: Option<Estimate>,
 }

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use chainwave_measurement::{Lost, Position, Recording, Region, Subset};
+use chainwave_measurement::{Estimate, Lost, Position, Recording, Region, Subset};
 
 use crate::acceptance::Standard;
 use crate::evidence::ShapeTest;
@@ -20,6 +20,7 @@ use crate::track::matcher::{Matcher, window_around};
 use crate::track::partly_hidden::Parts;
 use crate::track::predict::History;
 use crate::track::renewal::Decay;
+use crate::track::still::Still;
 use crate::track::tracker::Found;
 use crate::uncertainty::{angle_rad, reference_sigma_px, sigma_px};
 use crate::warp::Warp;
@@ -46,6 +47,8 @@ pub(crate) struct Follower<'a> {
     /// How alike the residuals of neighbouring pixels are, by what that makes of the place and of its bends.
     pub(crate) alike: Alike,
     pub(crate) bends_alike: Alike,
+    /// What tells that a part of the texture stands still.
+    still: Still,
     /// Whether it was expected elsewhere than in the reference from the beginning.
     starts_elsewhere: bool,
     /// The times that the subset was prepared anew.
@@ -144,6 +147,7 @@ impl<'a> Follower<'a> {
             decay: Decay::default(),
             alike: Alike::default(),
             bends_alike: Alike::default(),
+            still: Still::default(),
             starts_elsewhere: false,
             renewals: Vec::new(),
             original: None,
@@ -209,6 +213,7 @@ impl<'a> Follower<'a> {
                     if let Ok(target) = &mut self.target {
                         target.standard.note(&found.place());
                     }
+                    self.note_still(frame, &found);
                     self.renew(frame, &found, &position);
                 }
                 self.continuity.note(frame, position, goes_on, is_evident)
@@ -332,6 +337,27 @@ impl<'a> Follower<'a> {
         if let (true, Some(test), Ok(target)) = (is_tested, &mut self.shape_test, &self.target) {
             test.add(&target.subset, &self.matcher.window, found, &mut self.matcher.workspace);
         }
+    }
+
+    /// Notes what a match of the subset as it was at first leaves, where single tracks are asked for: those of an experiment are held against each other.
+    fn note_still(&mut self, frame: usize, found: &Match) {
+        let Ok(Target { subset, .. }) = &self.target else { return };
+        if subset.settings.surfaces_bend && self.original.is_none() {
+            self.still.note(frame, subset, found);
+        }
+    }
+
+    /// Adds to the places of its track what a part of the texture that stands still keeps back; returns the share of that.
+    pub(crate) fn without_still(&self, positions: &mut [Found]) -> Option<Estimate> {
+        let target = self.original.as_ref().map(|one| &one.target).or(self.target.as_ref().ok())?;
+        let is_renewed = |frame: usize| {
+            let is_behind = |one: &Renewal| match one.until {
+                Some(until) => (one.frame.min(until)..=one.frame.max(until)).contains(&frame),
+                None => frame >= one.frame,
+            };
+            self.renewals.iter().any(is_behind)
+        };
+        self.still.correct(&target.subset, positions, is_renewed)
     }
 
     /// Keeps what the quadratic shape function finds otherwise. The reference shows no bend of itself.

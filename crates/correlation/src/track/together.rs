@@ -85,7 +85,8 @@ mod tests {
             })
         };
         let subset = |x_px| Subset::new("", x_px, 50.0, 10, 10);
-        let track = |xs: [f64; 4]| Track { name: String::new(), positions: xs.map(at).to_vec() };
+        let track =
+            |xs: [f64; 4]| Track { name: String::new(), positions: xs.map(at).to_vec(), still_share: None };
         let tracks = vec![track([40.0, 41.0, 100.5, 102.0]), track([100.0, 100.0, 101.0, 102.0])];
         let subsets = [subset(40.0), subset(100.0)];
         let judged = without_collisions(tracks, &subsets, 0, &Settings::default());

@@ -71,7 +71,11 @@ pub(crate) fn track_both_ways(
         late.into_iter().for_each(|(frame, position)| frames[frame][i] = Ok(position));
     }
     let of_subset = |i: usize| frames.iter().map(|found| found[i]).collect();
-    let named = |(i, subset): (usize, &Subset)| Track { name: subset.name.clone(), positions: of_subset(i) };
+    let named = |(i, subset): (usize, &Subset)| Track {
+        name: subset.name.clone(),
+        positions: of_subset(i),
+        still_share: None,
+    };
     subsets.iter().enumerate().map(named).collect()
 }
 

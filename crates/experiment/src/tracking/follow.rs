@@ -96,7 +96,7 @@ pub(crate) fn follow_with(
     let mut found = found.into_iter();
     let out_of_view = |subset: &Subset| {
         let positions = vec![Err(Lost::OutOfView); recording.info().n_frames];
-        of_method(method, Track { name: subset.name.clone(), positions })
+        of_method(method, Track { name: subset.name.clone(), positions, still_share: None })
     };
     let of_subset = |subset: &Subset| match Reference::lies_inside(recording, subset) {
         true => found.next().unwrap_or_else(|| out_of_view(subset)),

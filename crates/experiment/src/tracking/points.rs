@@ -5,7 +5,7 @@ use std::num::NonZero;
 use chainwave_correlation::{
     CorrelationError, Method, Reference, ReferenceFrames, Settings, SubsetSize, subset_size,
 };
-use chainwave_measurement::{Recording, Subset};
+use chainwave_measurement::{Recording, Subset, Track};
 
 use crate::configuration::outline;
 use crate::error::Error;
@@ -192,6 +192,17 @@ impl PointTracking<'_> {
         monitor.planned(Stage::Tracking, recording.info().n_frames as u64);
         let settings = Settings { n_threads: self.n_threads, surfaces_bend: true, ..Settings::default() };
         let followed = follow_with(recording, &subsets, reference, method, &settings, monitor)?;
+        notes.extend(followed.tracks.iter().filter_map(|one| still_note(&one.track)));
         Ok(FollowedPoints { followed, notes, placed, method })
     }
+}
+
+/// What is to be said of a point of whose texture a part stands still.
+fn still_note(Track { name, still_share, .. }: &Track) -> Option<String> {
+    let percent = 100.0 * still_share.as_ref()?.value;
+    Some(format!(
+        "point {name}: about {percent:.0} % of its texture stands still in the image while the point moves, or changes with its place: its position lies between \
+         what follows and what does not, and its sigma holds half of that (hint: dirt on the sensor or a reflection: a flat field, a polariser; ground inside the subset: \
+         a smaller one)"
+    ))
 }
