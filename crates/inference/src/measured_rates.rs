@@ -14,7 +14,7 @@ pub(crate) const DAMPING: [FalseRate; 1] =
 pub(crate) const STRUCTURE: [FalseRate; 1] =
     [FalseRate { what: "structure", level: 0.01, told: 9, of: 1000, cases: EXPERIMENTS }];
 pub(crate) const HYPOTHESIS: [FalseRate; 1] =
-    [FalseRate { what: "a hypothesis", level: 0.01, told: 5, of: 1000, cases: EXPERIMENTS }];
+    [FalseRate { what: "a hypothesis", level: 0.01, told: 3, of: 1000, cases: EXPERIMENTS }];
 
 #[cfg(test)]
 mod tests {

@@ -79,9 +79,10 @@ fn a_chain_as_stated_is_left_as_it_is() {
         assert!(fit.stated == Some(fit.by_noise), "{fit:?}");
         let (found, by_noise) = (fit.damping.chain_damping_kg_per_s, fit.by_noise.chain_damping_kg_per_s);
         assert!((found.value - by_noise.value).abs() < f64::EPSILON, "{fit:?}");
-        // Twelve hypotheses at odds of one to five or less, none of which carries more than a third of the variance of c_d a sigma: where one is
-        // at the edge of being told (ten times the variance of its own) and likelier than the model as stated, the variance is four times.
-        assert!((1.0..2.0).contains(&(found.sigma / by_noise.sigma)), "{found:?} by noise {by_noise:?}");
+        // Drag is nearly damping: were it free, c_d would be some eight times less certain. At the edge of being told, 3.5 standard errors off and
+        // likelier than the model as stated, it moves c_d by 28 sigma.
+        assert!((1.0..30.0).contains(&(found.sigma / by_noise.sigma)), "{found:?} by noise {by_noise:?}");
+        assert!(off(found) < 4.0, "{found:?}");
     }
 }
 
