@@ -3,6 +3,7 @@
 
 mod automatic;
 mod change;
+mod control;
 mod effort;
 mod front;
 mod gap_interpolant;
@@ -13,6 +14,7 @@ mod recorded_steps;
 mod recorder;
 mod replay;
 mod run;
+mod run_request;
 mod scan;
 mod schedule;
 mod sensitivity;

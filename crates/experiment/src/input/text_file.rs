@@ -189,7 +189,7 @@ mod tests {
         for (text, told) in [
             ("a = 1\n[b]\nc = nan\n", "line 3: b.c: expected a finite number, found nan"),
             ("a = [1.0,\n -inf]\n", "line 2: a: expected a finite number, found -inf"),
-            ("[[a]]\nb = { c = 1e999 }\n", "line 2: a.b.c: expected a finite number, found 1e999"),
+            ("[[a]]\nb = { c = +inf }\n", "line 2: a.b.c: expected a finite number, found +inf"),
         ] {
             let found = values(text).unwrap_err().to_string();
             assert!(found.contains(told), "{found}");

@@ -54,7 +54,7 @@ fn rehearsal(setup: &Setup) -> (Rehearsal, Vec<Pictures>) {
 #[test]
 fn a_run_states_what_was_planned_before_and_after_filming() {
     let folder = tempfile::tempdir().unwrap();
-    // What is open of a camera's geometry makes causes likelier that nothing shows; a plan foresees noise.
+    // A plan foresees noise: what is open of a camera's geometry, and causes that nothing shows, widen a damping beyond that.
     let square = |mut setup: Setup| {
         setup.experiment.camera.geometry_sigma = Some(NotNegative::default());
         setup
@@ -65,7 +65,7 @@ fn a_run_states_what_was_planned_before_and_after_filming() {
     let after = square(Setup::read(path, Some(folder.path())).unwrap());
     let results = after.run(&MemoryStore::default(), TWO, &Monitor::SILENT).unwrap();
     let evaluation = &results.evaluation;
-    let damping = evaluation.track_fit.as_ref().map(|fit| fit.damping).unwrap();
+    let damping = evaluation.track_fit.as_ref().map(|fit| fit.by_noise).unwrap();
     let stated = precision(&evaluation.stitched.motion, &evaluation.measurement, both(Ok(damping)));
     let of_readings: Vec<f64> = results
         .tracked

@@ -11,7 +11,11 @@ mod models;
 #[cfg(test)]
 mod released;
 #[cfg(test)]
+mod struck;
+#[cfg(test)]
 mod tracks;
+#[cfg(test)]
+mod turned;
 
 // Motions that the tests of the analysis are about too.
 #[cfg(test)]

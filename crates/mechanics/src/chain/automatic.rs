@@ -3,7 +3,8 @@
 use super::{
     recorded_steps::RecordedSteps,
     recorder::Recorder,
-    run::{Pacing, Run, RunRequest},
+    run::Run,
+    run_request::{Pacing, RunRequest},
     schedule::{Integration, Schedule},
     simulation::Simulation,
     step_size::Pace,

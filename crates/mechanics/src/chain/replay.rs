@@ -6,7 +6,8 @@ use ndarray::Array2;
 
 use super::{
     recorded_steps::RecordedSteps,
-    run::{Run, RunRequest, RunState},
+    run::{Run, RunState},
+    run_request::RunRequest,
     step_size::Pace,
 };
 use crate::equations::{parameters::Chain, row::MassRow};

@@ -11,7 +11,7 @@ use super::{
     change::{Change, DerivativeRequest, Resistance},
     recorded_steps::RecordedSteps,
     replay::{Replay, Stretch},
-    run::RunRequest,
+    run_request::RunRequest,
     schedule::Schedule,
     simulation::Simulation,
     step_size::Pace,
