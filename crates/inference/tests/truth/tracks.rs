@@ -3,19 +3,18 @@
 use std::num::NonZero;
 
 use chainwave_inference::{
-    Damping, FitError, Hypothesis, Prior, Quantity, Reached, TrackFit, TrackModel, aligned_motion,
-    fit_tracks, fitted_motion, reached, scatter_of_bodies,
+    Damping, FitError, Hypothesis, Prior, Quantity, Reached, TrackFit, TrackModel, fit_tracks, fitted_motion,
+    reached, scatter_of_bodies,
 };
-use chainwave_measurement::{BodyTrack, Estimate, Observation, SharedReadingError, TrackDeviation};
-use chainwave_mechanics::{Chain, Drive, FarEnd, FarStriker, PowerLaw, Schedule, Striker, simulate};
+use chainwave_measurement::{Estimate, SharedReadingError, TrackDeviation};
+use chainwave_mechanics::{Chain, Drive, FarEnd, FarStriker, Schedule, Striker, simulate};
 use rand::SeedableRng;
 use rand_distr::{Distribution, Normal};
 use rand_pcg::Pcg64Mcg;
 
 use crate::common::INTERVAL_S;
 use crate::struck::{
-    C_D, C_S, Experiment, N_BODIES, NOISE_M, VELOCITY, chain, experiment, filmed, filmed_of, fitted, mean,
-    model,
+    C_D, C_S, Experiment, N_BODIES, NOISE_M, chain, experiment, filmed, filmed_of, fitted, mean, model,
 };
 
 /// An error that all trials of a view share in the readings of each body, slow along its way: its size in micrometres after so many millimetres.
