@@ -159,7 +159,8 @@ impl TrackFit {
             };
             said.push(format!(
                 "the chain model as stated does not explain the tracks ({}{directed}). They move as if {}{} (reduced chi squared {chi_squared:.3} with \
-                 it){others}. The results stated have it; c_d and c_s contain what the choice may do to them",
+                 it){others}. The dampings stated and motion_by_model have it; x_n(t), strains and peak energies are those of the stated scale and contacts. \
+                 c_d and c_s contain what the choice may do to them",
                 self.as_stated.in_words(),
                 causes.join(", and "),
                 if found.is_empty() { String::new() } else { format!(": {}", found.join(", ")) },
