@@ -170,14 +170,8 @@ impl Quantity {
             Self::DampingBetween => {
                 chain.contact.for_each_gap(&mut |contact| contact.damping_kg_per_s += factor);
             }
-            Self::GroundSpring => {
-                chain.ground_stiffness_n_per_m.resize(chain.mass_kg.len(), 0.0);
-                chain.ground_stiffness_n_per_m.iter_mut().for_each(|k_n_per_m| *k_n_per_m += factor);
-            }
-            Self::DampingGrade => {
-                let last = chain.damping_kg_per_s.len().saturating_sub(1).max(1) as f64;
-                damp(chain, |body| 1.0 + (factor - 1.0) * body as f64 / last);
-            }
+            Self::GroundSpring => chain.add_ground_springs(factor),
+            Self::DampingGrade => chain.grade_damping(factor),
             Self::DampingOfBody(body) => damp_bodies(chain, [body, body], factor),
             Self::DampingOfNeighbours(first, last) => damp_bodies(chain, [first, last], factor),
             Self::MassOfBody(body) => weigh(chain, [body, body], factor),
@@ -200,19 +194,7 @@ fn weigh(chain: &mut Chain, [first, last]: [usize; 2], factor: f64) {
 
 /// Multiplies the dampings of bodies from one number to another, from 1, and leaves the mean of all.
 fn damp_bodies(chain: &mut Chain, [first, last]: [usize; 2], factor: f64) {
-    damp(chain, |body| if (first..=last).contains(&(body + 1)) { factor } else { 1.0 });
-}
-
-/// Multiplies the damping of each body, by its place from 0, and all of them so that their mean stays.
-fn damp(chain: &mut Chain, factor: impl Fn(usize) -> f64) {
-    let sum = |dampings: &[f64]| dampings.iter().sum::<f64>();
-    let before = sum(&chain.damping_kg_per_s);
-    let dampings = &mut chain.damping_kg_per_s;
-    dampings.iter_mut().enumerate().for_each(|(body, c_kg_per_s)| *c_kg_per_s *= factor(body));
-    let after = sum(dampings);
-    if after > 0.0 {
-        dampings.iter_mut().for_each(|c_kg_per_s| *c_kg_per_s *= before / after);
-    }
+    chain.shape_damping(|body| if (first..=last).contains(&(body + 1)) { factor } else { 1.0 });
 }
 
 /// Multiplies the stiffness of gaps from one number to another, from 1.

@@ -61,30 +61,14 @@ impl TrueChain {
         let every_second = factor(self.every_second_mass_factor);
         chain.mass_kg.iter_mut().skip(1).step_by(2).for_each(|mass_kg| *mass_kg *= every_second);
         if self.ground_stiffness_n_per_m.get() > 0.0 {
-            chain.ground_stiffness_n_per_m.resize(chain.mass_kg.len(), 0.0);
-            let springs = chain.ground_stiffness_n_per_m.iter_mut();
-            springs.for_each(|k_n_per_m| *k_n_per_m += self.ground_stiffness_n_per_m.get());
+            chain.add_ground_springs(self.ground_stiffness_n_per_m.get());
         }
         if let Some(ratio) = self.damping_of_last_body_over_first {
-            grade(&mut chain.damping_kg_per_s, ratio.get());
+            chain.grade_damping(ratio.get());
         }
         if let Some(far_end) = self.far_end {
             chain.far_end = far_end.into();
         }
         chain
-    }
-}
-
-/// Multiplies dampings by factors that grow by as much from body to body, so that their mean stays.
-fn grade(damping_kg_per_s: &mut [f64], last_over_first: f64) {
-    let last = damping_kg_per_s.len().saturating_sub(1).max(1) as f64;
-    let sum = |dampings: &[f64]| dampings.iter().sum::<f64>();
-    let before = sum(damping_kg_per_s);
-    for (body, c_kg_per_s) in damping_kg_per_s.iter_mut().enumerate() {
-        *c_kg_per_s *= 1.0 + (last_over_first - 1.0) * body as f64 / last;
-    }
-    let after = sum(damping_kg_per_s);
-    if after > 0.0 {
-        damping_kg_per_s.iter_mut().for_each(|c_kg_per_s| *c_kg_per_s *= before / after);
     }
 }

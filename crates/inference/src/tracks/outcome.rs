@@ -129,12 +129,12 @@ impl TrackFit {
                 lost.join(" and ")
             ));
         }
-        if self.beyond.is_empty() && !self.rivals.is_empty() {
-            let rivals: Vec<&str> = self.rivals.iter().map(|one| one.in_words()).collect();
+        let rivals: Vec<&str> = self.rivals.iter().map(|one| one.in_words()).collect();
+        let rivals = rivals.join(", or ");
+        if self.beyond.is_empty() && !rivals.is_empty() {
             said.push(format!(
                 "before a square camera the chain model as stated does not explain the tracks. A usual lens or turn of the camera does; it might as well \
-                 be as if {}. c_d and c_s contain what the choice may do to them",
-                rivals.join(", or ")
+                 be as if {rivals}. c_d and c_s contain what the choice may do to them"
             ));
         }
         if !self.beyond.is_empty() {
@@ -152,10 +152,9 @@ impl TrackFit {
                     format!("; a test for single causes tells it, p = {p_value:.1e}")
                 }),
             };
-            let rivals: Vec<&str> = self.rivals.iter().map(|one| one.in_words()).collect();
             let others = match rivals.is_empty() {
                 true => String::new(),
-                false => format!("; it might as well be as if {}", rivals.join(", or ")),
+                false => format!("; it might as well be as if {rivals}"),
             };
             said.push(format!(
                 "the chain model as stated does not explain the tracks ({}{directed}). They move as if {}{} (reduced chi squared {chi_squared:.3} with \

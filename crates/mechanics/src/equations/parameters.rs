@@ -88,6 +88,29 @@ pub struct FarStriker {
 }
 
 impl Chain {
+    /// Multiplies the damping to ground of each body by a factor, by its place from 0, and all of them so that their mean stays.
+    pub fn shape_damping(&mut self, factor: impl Fn(usize) -> f64) {
+        let dampings_kg_per_s = &mut self.damping_kg_per_s;
+        let before: f64 = dampings_kg_per_s.iter().sum();
+        dampings_kg_per_s.iter_mut().enumerate().for_each(|(body, c_kg_per_s)| *c_kg_per_s *= factor(body));
+        let after: f64 = dampings_kg_per_s.iter().sum();
+        if after > 0.0 {
+            dampings_kg_per_s.iter_mut().for_each(|c_kg_per_s| *c_kg_per_s *= before / after);
+        }
+    }
+
+    /// The same by factors that change by as much from body to body, from one at the first body to `last_over_first`.
+    pub fn grade_damping(&mut self, last_over_first: f64) {
+        let last = self.damping_kg_per_s.len().saturating_sub(1).max(1) as f64;
+        self.shape_damping(|body| 1.0 + (last_over_first - 1.0) * body as f64 / last);
+    }
+
+    /// Adds a spring to ground to each body, of a stiffness in newtons per metre.
+    pub fn add_ground_springs(&mut self, stiffness_n_per_m: f64) {
+        self.ground_stiffness_n_per_m.resize(self.mass_kg.len(), 0.0);
+        self.ground_stiffness_n_per_m.iter_mut().for_each(|k_n_per_m| *k_n_per_m += stiffness_n_per_m);
+    }
+
     /// Number of bodies.
     pub fn n_bodies(&self) -> usize {
         self.mass_kg.len()
