@@ -5,15 +5,15 @@ use chainwave_measurement::Estimate;
 use crate::front::compression;
 use crate::local::{cubic_weights, interpolate, smooth};
 use crate::spacing::Spacing;
+use crate::summit::summit;
 use crate::velocity::Reflection;
 use crate::{LeadingPulse, Missing, StrainMap};
 
 /// Gaps searched on each side of the place that the peak trace gives.
 const SEARCH_GAPS: f64 = 1.0;
-/// Step of that search, in gaps; golden section refines it.
+/// Step of that search, in gaps, and how near to the highest place one behind it comes.
 const SEARCH_STEP: f64 = 0.25;
-/// Golden sections of two search steps: they leave 5e-6 of a gap.
-const N_GOLDEN_STEPS: usize = 24;
+const PEAK_TOLERANCE: f64 = 2e-6;
 /// Steps of the search for the half height, at most, and the change in gaps at which it ends.
 const N_ROOT_STEPS: usize = 40;
 const ROOT_TOLERANCE: f64 = 1e-7;
@@ -167,7 +167,8 @@ impl MovingProfile {
         let (best, _) = inside
             .filter_map(|place| Some((place, self.compression(t_s, place)?)))
             .max_by(|a, b| a.1.total_cmp(&b.1))?;
-        let place = self.golden_maximum(t_s, best - SEARCH_STEP, best + SEARCH_STEP)?;
+        let about = [best - SEARCH_STEP, best + SEARCH_STEP];
+        let place = summit(|place| self.compression(t_s, place), about, best, PEAK_TOLERANCE)?;
         Some(ProfilePeak { place, strain: self.compression(t_s, place)? })
     }
 
@@ -176,25 +177,6 @@ impl MovingProfile {
         let &(t0, gap0) = self.trace.get(after.checked_sub(1)?)?;
         let &(t1, gap1) = self.trace.get(after)?;
         Some(gap0 + (gap1 - gap0) * (t_s - t0) / (t1 - t0))
-    }
-
-    fn golden_maximum(&self, t_s: f64, mut low: f64, mut high: f64) -> Option<f64> {
-        const GOLDEN: f64 = 0.618_033_988_749_895;
-        let value = |place: f64| self.compression(t_s, place);
-        let (mut left, mut right) = (high - GOLDEN * (high - low), low + GOLDEN * (high - low));
-        let (mut at_left, mut at_right) = (value(left)?, value(right)?);
-        for _ in 0..N_GOLDEN_STEPS {
-            if at_left > at_right {
-                (high, right, at_right) = (right, left, at_left);
-                left = high - GOLDEN * (high - low);
-                at_left = value(left)?;
-            } else {
-                (low, left, at_left) = (left, right, at_right);
-                right = low + GOLDEN * (high - low);
-                at_right = value(right)?;
-            }
-        }
-        Some(0.5 * (low + high))
     }
 
     /// Place (fractional gap number) ahead of the peak where the compression first falls to half of the peak's.

@@ -64,6 +64,7 @@ mod rule;
 mod spacing;
 mod spectrum;
 mod strain;
+mod summit;
 mod tail;
 mod velocity;
 

@@ -14,7 +14,7 @@ pub(crate) mod usual_geometry;
 
 use std::num::NonZero;
 
-use chainwave_measurement::SharedReadingError;
+use chainwave_measurement::{SharedReadingError, both_in_parallel};
 use chainwave_stitching::{Assumption, FirstBody, Settings, merge};
 
 use crate::chain::stated_motion::StatedMotion;
@@ -83,8 +83,12 @@ pub(crate) fn merged<'a>(
     }
     let as_merged = |observations| apart.noise_of(joint.stabilisation.steadied(observations));
     let Joint { setup: mapped, recordings, stabilisation, stitched, .. } = &joint;
-    let shared = SharedErrors::of(mapped, recordings, &as_merged, &settings, stitched, n_threads)?;
-    let mut side_motion = SideMotion::of(mapped, recordings, stabilisation, &settings, stitched, n_threads)?;
+    let (side_motion, shared) = both_in_parallel(
+        n_threads,
+        || SideMotion::of(mapped, recordings, stabilisation, &settings, stitched, n_threads),
+        || SharedErrors::of(mapped, recordings, &as_merged, &settings, stitched, n_threads),
+    );
+    let (mut side_motion, shared) = (side_motion?, shared?);
     side_motion.widen(&without_pictures, &stitched.motion);
     let inclination = Inclination::of(&joint.stitched.motion, &side_motion);
     let rests_until_s = &joint.stabilisation.rests_until_s;

@@ -1,6 +1,6 @@
 //! The merged motion, with every error that belongs to it, from drives and offsets that are known.
 
-use chainwave_measurement::{ChainMotion, Estimate, map_in_parallel};
+use chainwave_measurement::{ChainMotion, Estimate, both_in_parallel, map_in_parallel};
 use ndarray::Array2;
 
 use crate::body_response::Contribution;
@@ -33,10 +33,33 @@ impl AlignmentState<'_> {
     /// The motion on the present time base, and where each recording stands.
     pub(crate) fn assembled(&self, errors: &AlignmentErrors) -> Result<Assembled, StitchingError> {
         let field = &self.responses_when_aligned()?;
-        let shape = (self.settings.n_bodies, self.times_s.len());
         let n_threads = self.settings.n_threads;
         let ratio = |row: usize| self.scatter_ratio(&field[row], |_| true).max(1.0);
         let ratios = map_in_parallel(field.len(), n_threads, ratio);
+        let beside_motion = || {
+            // What is asked for beside the motion ends no merging.
+            let shown = self.shown(field).unwrap_or_default();
+            let clocks = match self.settings.asks_for_clocks {
+                true => self.clocks(field).unwrap_or_default(),
+                false => Vec::new(),
+            };
+            (shown, clocks, self.left_by_views(field, &ratios), self.spread(field, &ratios))
+        };
+        let ((shown, clocks, left_by_views, spread), (motion, alignments, of_means_m)) =
+            both_in_parallel(n_threads, beside_motion, || self.moved(field, errors, &ratios));
+        Ok(Assembled { motion, alignments, spread, of_means_m, shown, clocks, left_by_views })
+    }
+
+    /// The motion, where each recording stands, and what one unit of mean drive and mean trigger changes of the motion; `ratios` are the residuals'
+    /// rms over what the trackers' sigma lets expect, by body.
+    fn moved(
+        &self,
+        field: &Fitted,
+        errors: &AlignmentErrors,
+        ratios: &[f64],
+    ) -> (ChainMotion, Vec<Alignment>, [Array2<f64>; 2]) {
+        let shape = (self.settings.n_bodies, self.times_s.len());
+        let n_threads = self.settings.n_threads;
         let directions = self.alignment_directions(field, errors);
         let effects = self.effects(field);
         let of_means_m = self.effects_of_means(&effects);
@@ -70,15 +93,7 @@ impl AlignmentState<'_> {
         let alignments = map_in_parallel(self.observations.len(), n_threads, |r| {
             self.alignment(r, field, &directions, scale_sigma, bent_delay_s)
         });
-        let spread = self.spread(field, &ratios);
-        // What is asked for beside the motion ends no merging.
-        let shown = self.shown(field).unwrap_or_default();
-        let clocks = match self.settings.asks_for_clocks {
-            true => self.clocks(field).unwrap_or_default(),
-            false => Vec::new(),
-        };
-        let left_by_views = self.left_by_views(field, &ratios);
-        Ok(Assembled { motion, alignments, spread, of_means_m, shown, clocks, left_by_views })
+        (motion, alignments, of_means_m)
     }
 
     /// Variances that the readings' noise, so many times what is stated, gives a body's motion at each time, in square metres: between frames,

@@ -87,6 +87,7 @@ impl Run<'_> {
         if let Some(folder) = &arguments.dataset {
             dataset::write(setup, folder, &tracked)?;
         }
+        clock.stage("tracking");
         let (findings, unsolved) = (tracked.findings.clone(), self.unsolved(&tracked));
         let bar = progress::stepped(&format!("stitching and fits{}", self.velocity.place));
         let show = progress::shown_on(&bar);
@@ -121,7 +122,6 @@ impl Run<'_> {
         if arguments.explain {
             summary::print_lines(explain::stages(&tracked));
         }
-        clock.stage("tracking");
         Ok(tracked)
     }
 

@@ -8,7 +8,7 @@ use chainwave_inference::{
     ReleasedModel, TrackFit, TrackModel, fit_imposed, fit_peak_energies, fit_release, fit_tracks, reached,
     scatter_of_bodies, softening,
 };
-use chainwave_measurement::{Estimate, Observation, SharedReadingError};
+use chainwave_measurement::{Estimate, Observation, SharedReadingError, both_in_parallel};
 use chainwave_mechanics::Chain;
 use chainwave_stitching::Stitched;
 
@@ -35,7 +35,12 @@ pub struct Departures {
 impl Departures {
     /// Tests the fit of a chain to recordings.
     fn of(observations: &[Observation], fit: &TrackFit) -> Self {
-        Self { softening: softening(observations, fit), scatter: scatter_of_bodies(observations, fit) }
+        let (scatter, softening) = both_in_parallel(
+            fit.model.n_threads,
+            || scatter_of_bodies(observations, fit),
+            || softening(observations, fit),
+        );
+        Self { softening, scatter }
     }
 }
 

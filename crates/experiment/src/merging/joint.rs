@@ -114,7 +114,8 @@ impl<'a> Joint<'a> {
     ) -> Result<(Self, Timed<'t>), Error> {
         let joined =
             |timed: &Timed<'_>| Self::by_geometry(setup, timed, stated, at_rest(setup, timed), settings);
-        let mut clocks = Clocks::roughly(&tracked.observations, setup.experiment.tracking.rest_until_s);
+        let rest_until_s = setup.experiment.tracking.rest_until_s;
+        let mut clocks = Clocks::roughly(&tracked.observations, rest_until_s, settings.n_threads);
         let mut timed = Timed::by(tracked, &clocks);
         let mut joint = Self { clocks, ..joined(&timed)? };
         for _ in 0..CLOCK_ROUNDS {

@@ -1,6 +1,7 @@
 //! Frame rates that are not what recordings state: told by bodies that other views show too, or by other trials of the view, and put right.
 
 use std::collections::BTreeSet;
+use std::num::NonZero;
 
 use chainwave_analysis::probability::student;
 use chainwave_measurement::{
@@ -61,7 +62,11 @@ enum Otherwise {
 
 impl Clocks {
     /// Views whose clocks are far off, from which a finer look goes on; of two, each may be the one.
-    pub(crate) fn roughly(observations: &[Observation], rest_until_s: f64) -> Self {
+    pub(crate) fn roughly(
+        observations: &[Observation],
+        rest_until_s: f64,
+        n_threads: NonZero<usize>,
+    ) -> Self {
         let views: BTreeSet<u32> = observations.iter().map(|one| one.view).collect();
         let clock = |(view, excess): (u32, f64)| {
             let other = views.iter().find(|other| **other != view).filter(|_| views.len() == 2);
@@ -72,7 +77,7 @@ impl Clocks {
                 or: other.map(|other| Otherwise::Clock(ClockOf::View(*other))),
             }
         };
-        Self { told: rough_excesses(observations, rest_until_s).into_iter().map(clock).collect() }
+        Self { told: rough_excesses(observations, rest_until_s, n_threads).into_iter().map(clock).collect() }
     }
 
     pub(crate) fn is_empty(&self) -> bool {

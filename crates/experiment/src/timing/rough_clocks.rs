@@ -5,8 +5,9 @@
 //! the motion comes, as a view's trigger may be late by as much as it likes.
 
 use std::collections::BTreeSet;
+use std::num::NonZero;
 
-use chainwave_measurement::{BodyTrack, Observation, median};
+use chainwave_measurement::{BodyTrack, Observation, map_in_parallel, median};
 
 /// Logarithm of the largest factor that is tried, and the step from one to the next.
 const LARGEST: f64 = 0.9;
@@ -29,14 +30,22 @@ struct Course {
 
 /// By how much longer than stated the time between the frames of each view is, relative to that; nothing where no two views contradict
 /// each other by a per cent. Most views are taken to be right.
-pub(crate) fn rough_excesses(observations: &[Observation], rest_until_s: f64) -> Vec<(u32, f64)> {
+pub(crate) fn rough_excesses(
+    observations: &[Observation],
+    rest_until_s: f64,
+    n_threads: NonZero<usize>,
+) -> Vec<(u32, f64)> {
     let views: Vec<u32> =
         observations.iter().map(|one| one.view).collect::<BTreeSet<u32>>().into_iter().collect();
+    let of_view = |view: u32| observations.iter().filter(|one| one.view == view).collect::<Vec<_>>();
+    let pairs: Vec<&[u32]> = views.windows(2).collect();
+    let between_pairs = map_in_parallel(pairs.len(), n_threads, |pair| {
+        between(&of_view(pairs[pair][0]), &of_view(pairs[pair][1]), rest_until_s).unwrap_or(0.0)
+    });
     let mut logarithm = 0.0;
     let mut of_views: Vec<f64> = views.first().map(|_| logarithm).into_iter().collect();
-    for pair in views.windows(2) {
-        let of_view = |view: u32| observations.iter().filter(|one| one.view == view).collect::<Vec<_>>();
-        logarithm += between(&of_view(pair[0]), &of_view(pair[1]), rest_until_s).unwrap_or(0.0);
+    for between_pair in between_pairs {
+        logarithm += between_pair;
         of_views.push(logarithm);
     }
     let usual = median(of_views.clone()).unwrap_or(0.0);
@@ -224,7 +233,7 @@ mod tests {
     fn a_view_of_another_frame_rate_is_found_among_those_that_are_right() {
         for factor in [0.5, 24.0 / 25.0, 1.0 / 0.97, 2.0] {
             let all = [view(1, 1.0, 3), view(2, factor, 3), view(3, 1.0, 3)].concat();
-            let found = rough_excesses(&all, 0.0);
+            let found = rough_excesses(&all, 0.0, NonZero::<usize>::MIN);
             assert_eq!(found.len(), 1, "{factor}: {found:?}");
             // To a step.
             assert!(
@@ -237,12 +246,12 @@ mod tests {
     #[test]
     fn views_that_are_right_and_views_that_share_nothing_say_nothing() {
         let right = [view(1, 1.0, 3), view(2, 1.0, 3), view(3, 1.004, 3)].concat();
-        assert_eq!(rough_excesses(&right, 0.0), []);
+        assert_eq!(rough_excesses(&right, 0.0, NonZero::<usize>::MIN), []);
         let late = [view(1, 1.0, 3), late_view(2, 1.0, 3, 1e-3), late_view(3, 1.0, 3, -1e-3)].concat();
-        assert_eq!(rough_excesses(&late, 0.0), []);
+        assert_eq!(rough_excesses(&late, 0.0, NonZero::<usize>::MIN), []);
         let apart = [view(1, 1.0, 3), view(2, 1.3, 4)].concat();
-        assert_eq!(rough_excesses(&apart, 0.0), []);
-        assert_eq!(rough_excesses(&[], 0.0), []);
+        assert_eq!(rough_excesses(&apart, 0.0, NonZero::<usize>::MIN), []);
+        assert_eq!(rough_excesses(&[], 0.0, NonZero::<usize>::MIN), []);
     }
 
     #[test]
@@ -252,13 +261,13 @@ mod tests {
             let scattering: Vec<Observation> =
                 (0..3).map(|trial| late_view(2, 1.0, 3, late_s[trial]).swap_remove(trial)).collect();
             let all = [view(1, 1.0, 3), scattering, view(3, 1.0, 3)].concat();
-            assert_eq!(rough_excesses(&all, -4e-4), [], "{late_s:?}");
+            assert_eq!(rough_excesses(&all, -4e-4, NonZero::<usize>::MIN), [], "{late_s:?}");
         }
     }
 
     #[test]
     fn of_two_views_one_is_held_against_the_other() {
-        let found = rough_excesses(&[view(1, 1.0, 3), view(2, 0.8, 3)].concat(), 0.0);
+        let found = rough_excesses(&[view(1, 1.0, 3), view(2, 0.8, 3)].concat(), 0.0, NonZero::<usize>::MIN);
         let [(which, excess)] = found[..] else { panic!("{found:?}") };
         let expected: f64 = if which == 1 { 0.8 } else { 1.0 / 0.8 };
         assert!(((1.0 + excess) / expected).ln().abs() < STEP, "{found:?}");

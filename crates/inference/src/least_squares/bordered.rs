@@ -9,6 +9,7 @@ mod tie;
 
 use nalgebra::{DMatrix, DVector, Matrix2, SymmetricEigen, Vector2};
 
+use super::problem::Unknowns;
 use block::Eliminated;
 pub(crate) use block::{Block, RestSums, Row};
 pub(crate) use covariance::OwnCovariance;
@@ -101,6 +102,21 @@ impl NormalEquations {
     /// Sum of squared residuals, priors included.
     pub(crate) fn chi_squared(&self) -> f64 {
         self.shared.chi_squared() + self.ties.iter().map(Tie::chi_squared).sum::<f64>()
+    }
+
+    /// Half of what the sum of squares falls by along a step, at its first steepness: all of the fall where the step leads to the minimum of a problem
+    /// that is linear.
+    pub(super) fn fall(&self, step: &Unknowns) -> f64 {
+        let of_recordings = self.recordings.iter().zip(&step.own);
+        let of_own: f64 = of_recordings.map(|(recording, own)| recording.rise(own)).sum();
+        -self.shared.rise(&step.shared) - of_own
+    }
+
+    /// By how much a step from the minimum raises it, were the problem linear, the amplitudes of the errors that tied recordings share being held.
+    pub(super) fn length2(&self, step: &Unknowns) -> f64 {
+        let of_recordings = self.recordings.iter().zip(&step.own);
+        let of_own: f64 = of_recordings.map(|(recording, own)| recording.length2(own, &step.shared)).sum();
+        self.shared.length2(&step.shared) + of_own
     }
 
     /// The same of one recording.
@@ -256,6 +272,8 @@ mod tests {
     struct Dense {
         inverse: DMatrix<f64>,
         solution: DVector<f64>,
+        /// Its sum of squares.
+        least: f64,
         first_own: usize,
         /// A recording's own unknowns and its places at rest.
         n_of_recording: usize,
@@ -288,6 +306,11 @@ mod tests {
             let parts = reduced.scores().into_iter().chain(priors);
             let gradient = parts.fold(DVector::zeros(step.len()), |sum, one| sum + one);
             assert!((gradient + &system.side).amax() < tolerance);
+            let whole = Unknowns { shared: step.clone(), own: own.clone() };
+            assert!(close(equations.chi_squared() - equations.fall(&whole), self.least));
+            // From the minimum back it rises by as much, and by more where amplitudes are held.
+            let back = equations.length2(&whole) - equations.fall(&whole);
+            assert!(if equations.ties.is_empty() { close(back, 0.0) } else { back > -tolerance });
             for i in 0..equations.n_shared() {
                 assert!(close(step[i], self.solution[i]), "{} {}", step[i], self.solution[i]);
                 assert!((0..equations.n_shared()).all(|j| close(covariance[(i, j)], self.inverse[(i, j)])));
@@ -335,12 +358,14 @@ mod tests {
         }
         let dense = DMatrix::from_row_slice(36, n_unknowns, &rows);
         let inverse = (dense.transpose() * &dense).try_inverse().unwrap();
-        let expected = &inverse * dense.transpose() * DVector::from_vec(side);
+        let side = DVector::from_vec(side);
+        let solution = &inverse * dense.transpose() * &side;
+        let least = (&dense * &solution - side).norm_squared();
         for (recording, rest) in blocks.into_iter().zip(rests) {
             equations.add_recording(recording, &[rest]);
         }
         // Rounding, times a condition number of some tens.
-        let dense = Dense { inverse, solution: expected, first_own: N_SHARED, n_of_recording: 3 };
+        let dense = Dense { inverse, solution, least, first_own: N_SHARED, n_of_recording: 3 };
         dense.is_found_by(&equations, N_RECORDINGS, 1e-12);
     }
 
@@ -400,10 +425,11 @@ mod tests {
         let dense = DMatrix::from_row_slice(side.len(), n_unknowns, &rows);
         let side = DVector::from_vec(side);
         let inverse = (dense.transpose() * &dense).try_inverse().unwrap();
-        let expected = &inverse * dense.transpose() * &side;
+        let solution = &inverse * dense.transpose() * &side;
+        let least = (&dense * &solution - &side).norm_squared();
         // Rounding, times a condition number of some hundreds.
         let tolerance = 1e-11;
-        let solved = Dense { inverse, solution: expected, first_own, n_of_recording: 4 };
+        let solved = Dense { inverse, solution, least, first_own, n_of_recording: 4 };
         solved.is_found_by(&equations, N_RECORDINGS, tolerance);
         let close = |found: f64, expected: f64| (found - expected).abs() < tolerance;
         let place = |r: usize, k: usize| solved.place(r, k);

@@ -14,11 +14,6 @@ pub(crate) trait LeastSquares {
 
     /// Its normal equations around values of the unknowns.
     fn equations(&self, at: &Unknowns) -> Result<NormalEquations, Self::Error>;
-
-    /// The sum of squares alone, where no derivative is asked for.
-    fn chi_squared(&self, at: &Unknowns) -> Result<f64, Self::Error> {
-        Ok(self.equations(at)?.chi_squared())
-    }
 }
 
 /// Values of all unknowns, or a step of them.
@@ -67,6 +62,12 @@ impl Unknowns {
     pub(super) fn moved(&self, step: &Self) -> Self {
         let own = self.own.iter().zip(&step.own).map(|(own, step)| own + step).collect();
         Self { shared: &self.shared + &step.shared, own }
+    }
+
+    /// The step from other values to these.
+    pub(super) fn less(&self, other: &Self) -> Self {
+        let own = self.own.iter().zip(&other.own).map(|(own, other)| own - other).collect();
+        Self { shared: &self.shared - &other.shared, own }
     }
 }
 

@@ -9,7 +9,7 @@ use super::problem::{Bounds, Unknowns};
 pub(super) struct Step {
     pub(super) step: Unknowns,
     pub(super) length2: f64,
-    /// By how much the sum of squares would fall at least, were the problem linear.
+    /// By how much the sum of squares would fall at least, were the problem linear, and just by that where no damping shortens the step.
     pub(super) fall: f64,
 }
 
@@ -33,10 +33,14 @@ pub(super) fn constrained_step(
         let shared = system.step()?;
         Some(system.length2(&shared) + full.own_length2(&shared))
     });
-    let mut system = reduced.system();
-    resting.iter().for_each(|unknown| system.hold(*unknown));
-    let fall = system.length2(&shared) + reduced.own_length2(&shared);
-    Some(Step { step: Unknowns { shared, own }, length2: length2.unwrap_or(fall), fall })
+    let length2 = length2.unwrap_or_else(|| {
+        let mut system = reduced.system();
+        resting.iter().for_each(|unknown| system.hold(*unknown));
+        system.length2(&shared) + reduced.own_length2(&shared)
+    });
+    let step = Unknowns { shared, own };
+    let fall = here.fall(&step);
+    Some(Step { step, length2, fall })
 }
 
 /// The step of the shared unknowns, none of which leaves its bounds from a bound, and those that rest: what would go beyond its bound

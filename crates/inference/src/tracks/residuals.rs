@@ -276,12 +276,6 @@ impl LeastSquares for TrackResiduals<'_> {
         *self.last.lock().unwrap_or_else(PoisonError::into_inner) = Some((at.clone(), model));
         Ok(equations)
     }
-
-    /// The motion says all; its derivatives are not integrated.
-    fn chi_squared(&self, at: &Unknowns) -> Result<f64, FitError> {
-        let (_, [equations]) = self.equations_of(at, false, [&|_, _, _| true])?;
-        Ok(equations.chi_squared())
-    }
 }
 
 impl TrackResiduals<'_> {

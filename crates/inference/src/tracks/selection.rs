@@ -10,7 +10,7 @@ use super::residuals::{Residual, TrackResiduals, degrees_of_freedom};
 use super::structure::{Fitted, Structure};
 use crate::damping::N_DAMPINGS;
 use crate::error::FitError;
-use crate::least_squares::{Minimum, NormalEquations, Stop, Unknowns, least_of};
+use crate::least_squares::{Minimum, NormalEquations, Stop, least_beside, minimise};
 use crate::quantity::Quantity;
 
 /// Hypotheses that are believed at a time.
@@ -255,17 +255,11 @@ pub(super) fn freed(
     };
     // A hypothesis that does not hold may lead anywhere; one that holds is near.
     let stop = Stop { max_rounds: 20, worth, ..Stop::STATED };
-    let least = |starts: Vec<Unknowns>, known: f64| {
-        least_of(&problem, starts, &[], &Stop { known, ..stop }).map(|best| best.minimum)
-    };
-    let near = least(vec![start(hypothesis.usual())], f64::INFINITY);
-    let known = near.as_ref().map_or(f64::INFINITY, Minimum::chi_squared);
+    let near = minimise(&problem, start(hypothesis.usual()), &[], &stop);
     let is_in_reach = |value: &f64| near.as_ref().map_or(true, |near| is_in_reach(fit, near, *value));
-    let from_afar: Vec<f64> = hypothesis.far_starts().iter().copied().filter(is_in_reach).collect();
-    let best = match least(from_afar.into_iter().map(start).collect(), known) {
-        Ok(far) if far.chi_squared() < known => Ok(far),
-        _ => near.map_err(|why| problem.failure(why)),
-    };
+    let from_afar = hypothesis.far_starts().iter().copied().filter(is_in_reach).map(start);
+    let far = least_beside(&problem, from_afar, &[], &stop, near.iter().cloned().collect());
+    let best = far.map(|best| best.minimum).or(near).map_err(|why| problem.failure(why));
     let beyond = [fit.beyond.as_slice(), &[hypothesis]].concat();
     let other = best.and_then(|best| Fit::at(&problem, best, beyond));
     (other, problem.n_simulations())

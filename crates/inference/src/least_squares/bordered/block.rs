@@ -159,6 +159,17 @@ impl Block {
         self.products[(residual, N_OWN)] += value * value;
     }
 
+    /// Half of the first rise of the sum of squares along a step of its own unknowns.
+    pub(super) fn rise(&self, own: &Own) -> f64 {
+        self.products.view((0, N_OWN), (N_OWN, 1)).column(0).dot(own)
+    }
+
+    /// What a step of its own unknowns adds to the square of one of the shared ones.
+    pub(super) fn length2(&self, own: &Own, shared: &DVector<f64>) -> f64 {
+        let by_shared = self.products.view((N_OWN, 0), (shared.len(), N_OWN));
+        own.dot(&(self.own(0.0) * own)) + 2.0 * shared.dot(&(by_shared * own))
+    }
+
     /// Sum of squared residuals.
     pub(super) fn chi_squared(&self) -> f64 {
         self.products[(self.residual(), N_OWN)]

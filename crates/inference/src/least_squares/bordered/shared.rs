@@ -77,6 +77,20 @@ impl SharedProducts {
         more.iter().enumerate().for_each(|(i, more)| self.products[(last, i)] += more);
     }
 
+    /// Half of the first rise of the sum of squares along a step of the unknowns.
+    pub(super) fn rise(&self, step: &DVector<f64>) -> f64 {
+        let n = self.n_shared();
+        self.products.view((n, 0), (1, n)).iter().zip(step).map(|(slope, step)| slope * step).sum()
+    }
+
+    /// The square of a step of the unknowns by their products.
+    pub(super) fn length2(&self, step: &DVector<f64>) -> f64 {
+        let n = self.n_shared();
+        let below =
+            |i: usize| self.products.view((i + 1, i), (n - i - 1, 1)).dot(&step.rows(i + 1, n - i - 1));
+        (0..n).map(|i| step[i] * (self.products[(i, i)] * step[i] + 2.0 * below(i))).sum()
+    }
+
     /// Sum of the squared residuals.
     pub(super) fn chi_squared(&self) -> f64 {
         self.products[(self.n_shared(), self.n_shared())]
