@@ -16,6 +16,7 @@ mod reached;
 mod residuals;
 mod resistances;
 mod response;
+mod rivals;
 mod samples;
 mod search;
 mod selection;
@@ -45,6 +46,7 @@ pub use model::TrackModel;
 pub use outcome::{FittedRecording, TrackFit};
 pub use profile::Interval;
 pub use reached::{Reached, reached};
+pub use rivals::BetweenHypotheses;
 pub use structure::{Structure, structure_rule};
 pub use usual_amplitudes::UsualAmplitudes;
 

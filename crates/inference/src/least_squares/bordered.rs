@@ -184,7 +184,7 @@ impl Reduced {
     }
 
     /// Steps of all recordings' own unknowns that go with a step of the shared ones.
-    pub(super) fn own_steps(&self, shared: &DVector<f64>) -> Vec<Own> {
+    pub(crate) fn own_steps(&self, shared: &DVector<f64>) -> Vec<Own> {
         let amplitudes: Vec<DVector<f64>> = self.ties.iter().map(|tie| tie.amplitude_steps(shared)).collect();
         let none = DVector::zeros(0);
         let step = |(r, recording): (usize, &Eliminated)| {

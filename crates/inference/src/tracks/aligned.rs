@@ -67,11 +67,18 @@ pub fn aligned_motion(
     let mean = fitted_motion(fit, times_s)?;
     let harder = fitted_motion(&struck_harder(fit), times_s)?;
     let inflation = fit.reduced_chi_squared.max(1.0).sqrt();
-    let sigmas = |of: fn(&FittedRecording) -> Estimate| -> Vec<f64> {
-        fit.recordings.iter().map(|one| of(one).sigma).collect()
+    // Of noise alone, as that of each recording is its own: what the choice between hypotheses does to them is shared.
+    let by_noise = |found: Estimate, of_choice: f64| (found.sigma.powi(2) - of_choice).max(0.0).sqrt();
+    let mean_m_per_s = fit.striker_velocity_m_per_s.value;
+    let of_triggers = |(r, one): (usize, &FittedRecording)| {
+        by_noise(one.trigger_offset_s, fit.between.variance(|shift| shift.about_mean(r)[1]))
     };
-    let triggers = OfRecordings::about_their_mean(&sigmas(|one| one.trigger_offset_s));
-    let drives = OfRecordings::about_their_mean(&sigmas(|one| one.drive_deviation));
+    let of_drives = |(r, one): (usize, &FittedRecording)| {
+        by_noise(one.drive_deviation, fit.between.variance(|shift| shift.about_mean(r)[0] / mean_m_per_s))
+    };
+    let recordings = || fit.recordings.iter().enumerate();
+    let triggers = OfRecordings::about_their_mean(&recordings().map(of_triggers).collect::<Vec<_>>());
+    let drives = OfRecordings::about_their_mean(&recordings().map(of_drives).collect::<Vec<_>>());
     let at_body = |body: usize, k: usize| {
         let after_impact_s = times_s[k] - fit.impact_time_s.value;
         let readings = seen.at(body, after_impact_s);
@@ -82,11 +89,21 @@ pub fn aligned_motion(
             (value + reading.off_m.value, variance + (inflation * reading.off_m.sigma).powi(2))
         });
         let x_m = mean.displacement_m[(body - 1, k)] + sum.0 / n;
-        let of_noise_m2 = (sum.1 + shared.variance_m2(&readings)) / (n * n);
+        let shared_m = shared.sums_m(&readings);
+        let of_noise_m2 = (sum.1 + shared.variance_m2(&shared_m)) / (n * n);
         let of_triggers_m2 = by_trigger.powi(2) * triggers.variance(&readings);
         let of_drives_m2 = by_drive.powi(2) * drives.variance(&readings);
+        // The impact being later, a reading is one of an earlier time.
+        let of_choice_m2 = fit.between.variance(|shift| {
+            let moved = |reading: &Reading| {
+                let own = shift.about_mean(reading.recording);
+                by_drive * own[0] / mean_m_per_s - by_trigger * own[1]
+            };
+            (readings.iter().map(moved).sum::<f64>() + shift.of_usual(&shared.of_usual_m(&shared_m))) / n
+        });
         let of_scales = (scale.sigma / scale.value).hypot(view_scales.of_mean(observations, &readings));
-        let sigma_m = (of_noise_m2 + of_triggers_m2 + of_drives_m2).sqrt().hypot(x_m * of_scales);
+        let of_all_m2 = of_noise_m2 + of_triggers_m2 + of_drives_m2 + of_choice_m2;
+        let sigma_m = of_all_m2.sqrt().hypot(x_m * of_scales);
         ((!readings.is_empty()).then(|| Estimate::new(x_m, sigma_m)), readings.len() as u32)
     };
     let shape = (fit.model.chain.n_bodies(), times_s.len());
@@ -105,17 +122,28 @@ struct SharedByReadings<'a> {
 }
 
 impl SharedByReadings<'_> {
-    /// Variance of a sum of readings from them. Those that were found are of unit variance; of the usual ones the fit tells more.
-    fn variance_m2(&self, readings: &[Reading]) -> f64 {
-        let n_found = self.fit.model.reading_errors.len();
-        let mut sums_m = DVector::zeros(n_found + self.fit.model.usual_errors.len());
+    /// What one standard deviation of each makes of a sum of readings.
+    fn sums_m(&self, readings: &[Reading]) -> DVector<f64> {
+        let n = self.fit.model.reading_errors.len() + self.fit.model.usual_errors.len();
+        let mut sums_m = DVector::zeros(n);
         for reading in readings {
             for error in &self.of_tracks[reading.track] {
                 sums_m[error.error] += error.of_residuals_m[reading.position] / reading.scale;
             }
         }
-        let usual_m = sums_m.rows(n_found, sums_m.len() - n_found).into_owned();
-        sums_m.rows(0, n_found).norm_squared() + self.fit.usual_amplitudes.variance(&usual_m)
+        sums_m
+    }
+
+    /// The part of that which usual errors have.
+    fn of_usual_m(&self, sums_m: &DVector<f64>) -> DVector<f64> {
+        let n_found = self.fit.model.reading_errors.len();
+        sums_m.rows(n_found, sums_m.len() - n_found).into_owned()
+    }
+
+    /// Variance of the sum from them. Those that were found are of unit variance; of the usual ones the fit tells more.
+    fn variance_m2(&self, sums_m: &DVector<f64>) -> f64 {
+        let n_found = self.fit.model.reading_errors.len();
+        sums_m.rows(0, n_found).norm_squared() + self.fit.usual_amplitudes.variance(&self.of_usual_m(sums_m))
     }
 }
 

@@ -11,22 +11,21 @@ use chainwave_measurement::Observation;
 use super::hypothesis::Hypothesis;
 use super::model::TrackModel;
 use super::residuals::TrackResiduals;
-use crate::damping::N_DAMPINGS;
 use crate::error::FitError;
 use crate::least_squares::{LeastSquares, Unknowns, within};
 use crate::measured_rates;
 use crate::quantity::Quantity;
 
 /// What one step towards a hypothesis would do.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct Directed {
     pub(super) hypothesis: Hypothesis,
     /// Numbers that it frees.
     pub(super) n_free: usize,
     /// By how much chi squared would fall.
     pub(super) fall: f64,
-    /// Where the dampings would go.
-    pub(super) damping: [f64; N_DAMPINGS],
+    /// Where the unknowns of the model without it would go.
+    pub(super) at: Unknowns,
 }
 
 /// Every hypothesis that frees quantities and is open to a model, at a minimum of it.
@@ -58,8 +57,9 @@ pub(super) fn directed(
         let held: Vec<usize> = (n_before..problem.n_shared()).filter(|i| !free.contains(i)).collect();
         let (step, _) = within(&system, &there.shared, &problem.bounds().shared, &held)?;
         let fall = system.length2(&step);
-        let damping = std::array::from_fn(|i| (there.shared[i] + step[i]).max(0.0));
-        Some(Directed { hypothesis, n_free: free.len(), fall, damping })
+        let own = at.own.iter().zip(reduced.own_steps(&step)).map(|(own, step)| own + step).collect();
+        let moved = Unknowns { shared: &at.shared + step.rows(0, n_before), own };
+        Some(Directed { hypothesis, n_free: free.len(), fall, at: problem.bounds().nearest(moved) })
     };
     Ok((tried.into_iter().filter_map(of).collect(), problem.n_simulations()))
 }

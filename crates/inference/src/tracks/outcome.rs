@@ -8,7 +8,7 @@ use super::directed::hypothesis_rule;
 use super::hypothesis::Hypothesis;
 use super::model::TrackModel;
 use super::profile::Interval;
-use super::selection::FAR_BEHIND;
+use super::rivals::{BetweenHypotheses, FAR_BEHIND};
 use super::structure::Structure;
 use super::usual_amplitudes::UsualAmplitudes;
 use crate::damping::Damping;
@@ -39,6 +39,8 @@ pub struct TrackFit {
     /// Other hypotheses that explain as much as the last of these. What they would make of the dampings is in the uncertainties, each by its
     /// likelihood, as is what those do that are neither told nor excluded.
     pub rivals: Vec<Hypothesis>,
+    /// What all of those make of the recordings' strikers and impacts.
+    pub between: BetweenHypotheses,
     /// What the stated model leaves over: at its minimum, or where it has none, at that of the model with what it was given.
     pub as_stated: Structure,
     /// Probability, by chance, of what single hypotheses find at the stated model ([`hypothesis_rule`](super::hypothesis_rule)); `None` where none
@@ -89,8 +91,14 @@ impl TrackFit {
         hypothesis_rule().rejects(p_value)
     }
 
-    /// With what another fit says that might as well hold: how far its dampings are off joins the uncertainties by its odds, which are even where both
-    /// have the same chi squared.
+    /// A fit whose uncertainties of recordings are noise's alone, with what hypotheses that might as well hold make of them.
+    pub(super) fn among(mut self, between: BetweenHypotheses) -> Self {
+        between.widen(&mut self);
+        Self { between: self.between.and(between), ..self }
+    }
+
+    /// With what another fit says that might as well hold: how far its dampings and its recordings' strikers and impacts are off joins the uncertainties
+    /// by its odds, which are even where both have the same chi squared.
     pub(super) fn beside(self, other: &Self) -> Self {
         let behind = (other.chi_squared - self.chi_squared) / self.reduced_chi_squared.max(1.0);
         let weight = (1.0 + (0.5 * behind.max(0.0)).exp()).recip();
@@ -104,9 +112,10 @@ impl TrackFit {
         let [of_c_d, of_c_s] = damping.sigmas_over(&self.damping);
         let [in_c_d, in_c_s] = self.intervals_95;
         let intervals_95 = [in_c_d.widened(c_d, of_c_d), in_c_s.widened(c_s, of_c_s)];
-        let mut rivals = self.rivals;
+        let mut rivals = self.rivals.clone();
         rivals.extend(other.beyond.iter().filter(|one| !self.beyond.contains(one)));
-        Self { damping, intervals_95, rivals, ..self }
+        let between = BetweenHypotheses::of_recordings(&self, other, weight);
+        Self { damping, intervals_95, rivals, ..self }.among(between)
     }
 
     /// Whether its dampings may be believed: the model leaves nothing but noise, or what it leaves over cannot make c_d by itself (c_d is told

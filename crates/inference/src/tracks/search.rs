@@ -10,7 +10,8 @@ use super::model::TrackModel;
 use super::outcome::{FittedRecording, TrackFit};
 use super::profile::interval_95;
 use super::residuals::{TrackResiduals, degrees_of_freedom};
-use super::selection::{Fit, Rival, Rivals, explained, freed};
+use super::rivals::{BetweenHypotheses, Rivals};
+use super::selection::{Fit, explained, freed};
 use super::structure::Structure;
 use super::usual_amplitudes::UsualAmplitudes;
 use crate::damping::{Damping, N_DAMPINGS, STARTS};
@@ -205,8 +206,8 @@ fn finish(
         true => [0.0; N_DAMPINGS],
         false => discrepancy(problem, minimum, &fit.residuals, inflation * inflation)?,
     };
-    let between = between_hypotheses(at, rivals);
-    let more: [f64; N_DAMPINGS] = std::array::from_fn(|i| missed[i] + between[i]);
+    let between = rivals.about(at);
+    let more: [f64; N_DAMPINGS] = std::array::from_fn(|i| missed[i] + between.of_shared(i));
     let damping = by_noise.widened(more);
     let wider = damping.sigmas_over(&by_noise);
     let interval = |i: usize| {
@@ -228,17 +229,22 @@ fn finish(
             scatter_ratio: (squares / degrees_of_freedom.max(1.0)).sqrt(),
         }
     };
-    Ok(TrackFit {
+    let factor = |i: usize| {
+        let by_noise = of_shared(i);
+        Estimate::new(by_noise.value, by_noise.sigma.hypot(between.of_shared(i).sqrt()))
+    };
+    let fit = TrackFit {
         damping,
         by_noise,
         stated,
         intervals_95,
         bootstrap: bootstrap(problem.observations, &reduced, &covariance),
         starts: (n_same, STARTS.len()),
-        factors: PriorFactors::new(&fit.model.priors, N_DAMPINGS).found(of_shared),
+        factors: PriorFactors::new(&fit.model.priors, N_DAMPINGS).found(factor),
         beyond: fit.beyond.clone(),
         found: asked.map(|(quantity, i)| (*quantity, of_shared(i))).collect(),
         rivals: rivals.instead.iter().map(|rival| rival.hypothesis).collect(),
+        between: BetweenHypotheses::default(),
         as_stated: fit.as_stated.clone(),
         p_value_as_stated: fit.p_value_as_stated,
         structure: fit.structure.clone(),
@@ -251,22 +257,8 @@ fn finish(
         reduced_chi_squared,
         n_residuals: problem.n_residuals,
         n_simulations: fit.n_simulations + problem.n_simulations(),
-    })
-}
-
-/// Variance of the dampings among hypotheses, each by its likelihood (the between-model variance of J. A. Hoeting et al., Statist. Sci.
-/// 14 (1999) 382-417), about the best one's; where errors that readings share may feign it, the stated model is as likely.
-fn between_hypotheses(at: &Unknowns, rivals: &Rivals) -> [f64; N_DAMPINGS] {
-    let all = || rivals.instead.iter().chain(&rivals.beside);
-    // Counted from the likeliest, so that no weight is without bound.
-    let least = all().map(|rival| rival.behind).fold(0.0, f64::min);
-    let weight = |rival: &Rival| (0.5 * (least - rival.behind)).exp();
-    let sum = (0.5 * least).exp() + all().map(weight).sum::<f64>();
-    std::array::from_fn(|i| {
-        let squares = all().map(|rival| weight(rival) * (rival.damping[i] - at.shared[i]).powi(2));
-        let of_stated = rivals.stated.map_or(0.0, |stated| 0.5 * (stated[i] - at.shared[i]).powi(2));
-        squares.sum::<f64>() / sum + of_stated
-    })
+    };
+    Ok(fit.among(between))
 }
 
 pub(super) fn damping_of(at: &Unknowns, covariance: &DMatrix<f64>, inflation: f64) -> Damping {

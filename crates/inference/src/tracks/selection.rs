@@ -7,10 +7,11 @@ use super::directed::{Directed, directed, hypothesis_rule};
 use super::hypothesis::Hypothesis;
 use super::model::TrackModel;
 use super::residuals::{Residual, TrackResiduals, degrees_of_freedom};
+use super::rivals::{FAR_BEHIND, Rival, Rivals};
 use super::structure::{Fitted, Structure};
 use crate::damping::N_DAMPINGS;
 use crate::error::FitError;
-use crate::least_squares::{Minimum, NormalEquations, Stop, least_beside, minimise};
+use crate::least_squares::{Minimum, NormalEquations, Stop, Unknowns, least_beside, minimise};
 use crate::quantity::Quantity;
 
 /// Hypotheses that are believed at a time.
@@ -23,9 +24,6 @@ const WIDE_SHARE: f64 = 0.9;
 /// Chi squared, in units of the residuals' variance, that a hypothesis takes away and errors which readings share may feign: what is known of
 /// them is their size and how far they reach, and ten standard deviations of one number are what they were seen to make.
 const FEIGNED_CHI_SQUARED: f64 = 100.0;
-
-/// A hypothesis whose chi squared is farther behind the best one's than this is a thousand times less likely, and no rival.
-pub(super) const FAR_BEHIND: f64 = 14.0;
 
 /// A model at its minimum, and what it leaves over.
 pub(super) struct Fit {
@@ -44,26 +42,6 @@ pub(super) struct Fit {
     pub(super) p_value_as_stated: Option<f64>,
     /// Simulations behind it, those of other hypotheses included.
     pub(super) n_simulations: u64,
-}
-
-/// What another hypothesis that explains as much makes of the dampings.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Rival {
-    pub(super) hypothesis: Hypothesis,
-    pub(super) damping: [f64; N_DAMPINGS],
-    /// How much less likely it is than what is believed: minus twice the logarithm of the odds.
-    pub(super) behind: f64,
-}
-
-/// Hypotheses that might as well hold.
-#[derive(Debug, Default)]
-pub(super) struct Rivals {
-    /// In place of the last one that is believed.
-    pub(super) instead: Vec<Rival>,
-    /// Beside all that is believed: not told, and not excluded.
-    pub(super) beside: Vec<Rival>,
-    /// What the model makes of the dampings as it is stated, where errors that readings share may feign what is believed beyond it.
-    pub(super) stated: Option<[f64; N_DAMPINGS]>,
 }
 
 impl Fit {
@@ -110,7 +88,8 @@ impl Fit {
 pub(super) fn explained(observations: &[Observation], mut fit: Fit) -> (Fit, Rivals) {
     let mut instead = Vec::new();
     let may_be_feigned = !fit.model.reading_errors.is_empty() && fit.beyond.is_empty();
-    let (stated, stated_cost) = (dampings_of(&fit), cost(&fit));
+    let (stated, stated_cost) = (fit.minimum.at.clone(), cost(&fit));
+    let n_stated = stated.shared.len();
     loop {
         let told = Told::of(observations, &mut fit);
         if fit.beyond.is_empty() {
@@ -130,7 +109,7 @@ pub(super) fn explained(observations: &[Observation], mut fit: Fit) -> (Fit, Riv
         instead = found
             .map(|(hypothesis, other)| Rival {
                 hypothesis,
-                damping: dampings_of(&other),
+                at: first_of(&other.minimum.at, n_stated),
                 behind: (cost(&other) - cost(&best)) / unit,
             })
             .filter(|rival: &Rival| rival.behind < FAR_BEHIND)
@@ -140,8 +119,9 @@ pub(super) fn explained(observations: &[Observation], mut fit: Fit) -> (Fit, Riv
     }
 }
 
-fn dampings_of(fit: &Fit) -> [f64; N_DAMPINGS] {
-    std::array::from_fn(|i| fit.minimum.at.shared[i])
+/// Values of a richer model's unknowns without those of the shared ones that stand behind the first `n`.
+fn first_of(at: &Unknowns, n: usize) -> Unknowns {
+    Unknowns { shared: at.shared.rows(0, n).into_owned(), own: at.own.clone() }
 }
 
 /// The share of the structure's excess that a hypothesis has to take away.
@@ -214,7 +194,7 @@ impl Told {
         let is_told = |one: &&Directed| hypothesis_rule().rejects(p_value(one));
         let rival = |one: &Directed| Rival {
             hypothesis: one.hypothesis,
-            damping: one.damping,
+            at: one.at.clone(),
             behind: one.behind(unit),
         };
         Self {

@@ -34,6 +34,10 @@ impl UsualAmplitudes {
         Self { values: DVector::from_fn(n, |i, _| value(i)), covariance: DMatrix::from_fn(n, n, covariance) }
     }
 
+    pub(super) fn values(&self) -> &DVector<f64> {
+        &self.values
+    }
+
     /// Whether one of them is told.
     pub fn are_told(&self) -> bool {
         self.estimates().any(Self::is_told)

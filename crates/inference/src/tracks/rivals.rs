@@ -1,0 +1,170 @@
+//! Hypotheses that might hold as well as what is believed, and what the choice between them does to the results.
+
+use chainwave_measurement::Estimate;
+use nalgebra::DVector;
+
+use super::hypothesis::Hypothesis;
+use super::outcome::{FittedRecording, TrackFit};
+use crate::least_squares::{Own, Unknowns};
+
+/// A hypothesis whose chi squared is farther behind the best one's than this is a thousand times less likely, and no rival.
+pub(super) const FAR_BEHIND: f64 = 14.0;
+
+/// Where another hypothesis that explains as much puts the unknowns.
+#[derive(Debug, Clone)]
+pub(super) struct Rival {
+    pub(super) hypothesis: Hypothesis,
+    /// Those of the fit that it has too: the first ones of the shared, and all recordings' own.
+    pub(super) at: Unknowns,
+    /// How much less likely it is than what is believed: minus twice the logarithm of the odds.
+    pub(super) behind: f64,
+}
+
+/// Hypotheses that might as well hold.
+#[derive(Debug, Default)]
+pub(super) struct Rivals {
+    /// In place of the last one that is believed.
+    pub(super) instead: Vec<Rival>,
+    /// Beside all that is believed: not told, and not excluded.
+    pub(super) beside: Vec<Rival>,
+    /// Where the model puts the unknowns as it is stated, where errors that readings share may feign what is believed beyond it.
+    pub(super) stated: Option<Unknowns>,
+}
+
+impl Rivals {
+    /// How far each hypothesis puts the unknowns from where the best one has them, times the root of its likelihood: the sum of the squares of what
+    /// these make of a result is its variance among hypotheses (the between-model variance of J. A. Hoeting et al., Statist. Sci. 14 (1999)
+    /// 382-417), about the best one's. Where errors that readings share may feign it, the stated model is as likely.
+    pub(super) fn about(&self, at: &Unknowns) -> BetweenHypotheses {
+        let all = || self.instead.iter().chain(&self.beside);
+        // Counted from the likeliest, so that no weight is without bound.
+        let least = all().map(|rival| rival.behind).fold(0.0, f64::min);
+        let weight = |rival: &Rival| (0.5 * (least - rival.behind)).exp();
+        let sum = (0.5 * least).exp() + all().map(weight).sum::<f64>();
+        let of_rivals = all().map(|rival| Shift::between(at, &rival.at, weight(rival) / sum));
+        let of_stated = self.stated.iter().map(|stated| Shift::between(at, stated, 0.5));
+        BetweenHypotheses { shifts: of_rivals.chain(of_stated).collect() }
+    }
+}
+
+/// How far other hypotheses put the unknowns of a fit, each by its likelihood.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct BetweenHypotheses {
+    shifts: Vec<Shift>,
+}
+
+/// How far one of them puts the unknowns, times the root of its likelihood.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Shift {
+    shared: Vec<f64>,
+    own: Vec<Own>,
+    /// The amplitudes of the usual errors, where it says something of them.
+    usual: DVector<f64>,
+}
+
+impl Shift {
+    fn between(at: &Unknowns, other: &Unknowns, likelihood: f64) -> Self {
+        let root = likelihood.sqrt();
+        Self {
+            shared: at.shared.iter().zip(&other.shared).map(|(here, there)| root * (there - here)).collect(),
+            own: at.own.iter().zip(&other.own).map(|(here, there)| root * (there - here)).collect(),
+            usual: DVector::zeros(0),
+        }
+    }
+
+    /// What it makes of a recording's striker, in metres per second, and impact, in seconds, less the mean of all.
+    pub(super) fn about_mean(&self, recording: usize) -> Own {
+        self.own[recording] - self.mean_own()
+    }
+
+    fn mean_own(&self) -> Own {
+        self.own.iter().sum::<Own>() / self.own.len().max(1) as f64
+    }
+
+    /// What it makes of a sum that has one standard deviation of each usual error with these weights.
+    pub(super) fn of_usual(&self, weights: &DVector<f64>) -> f64 {
+        self.usual.iter().zip(weights).map(|(shift, weight)| shift * weight).sum()
+    }
+}
+
+impl BetweenHypotheses {
+    /// What another fit to the same recordings, of such a likelihood, makes of these and of the usual errors.
+    pub(super) fn of_recordings(fit: &TrackFit, other: &TrackFit, likelihood: f64) -> Self {
+        let own = |of: &FittedRecording| Own::new(of.striker_velocity_m_per_s.value, of.impact_time_s.value);
+        let at = |fit: &TrackFit| Unknowns {
+            shared: DVector::zeros(0),
+            own: fit.recordings.iter().map(own).collect(),
+        };
+        // A fit without these errors takes them for zero.
+        let (usual, of_other) = (fit.usual_amplitudes.values(), other.usual_amplitudes.values());
+        let of_other = if of_other.is_empty() { DVector::zeros(usual.len()) } else { of_other.clone() };
+        let usual = likelihood.sqrt() * (of_other - usual);
+        Self { shifts: vec![Shift { usual, ..Shift::between(&at(fit), &at(other), likelihood) }] }
+    }
+
+    /// Both.
+    pub(super) fn and(mut self, other: Self) -> Self {
+        self.shifts.extend(other.shifts);
+        self
+    }
+
+    /// The variance that they give a number, by what each makes of it.
+    pub(super) fn variance(&self, of: impl Fn(&Shift) -> f64) -> f64 {
+        self.shifts.iter().map(|shift| of(shift).powi(2)).sum()
+    }
+
+    /// The variance that they give one of the shared unknowns.
+    pub(super) fn of_shared(&self, unknown: usize) -> f64 {
+        self.variance(|shift| shift.shared.get(unknown).copied().unwrap_or(0.0))
+    }
+
+    /// Adds them to what noise leaves open of each recording, and of the mean of all.
+    pub(super) fn widen(&self, fit: &mut TrackFit) {
+        let mean_m_per_s = fit.striker_velocity_m_per_s.value;
+        let widen = |found: &mut Estimate, more: f64| found.sigma = found.sigma.hypot(more.sqrt());
+        for (r, one) in fit.recordings.iter_mut().enumerate() {
+            widen(&mut one.striker_velocity_m_per_s, self.variance(|shift| shift.own[r][0]));
+            widen(&mut one.impact_time_s, self.variance(|shift| shift.own[r][1]));
+            widen(
+                &mut one.drive_deviation,
+                self.variance(|shift| shift.about_mean(r)[0]) / mean_m_per_s.powi(2),
+            );
+            widen(&mut one.trigger_offset_s, self.variance(|shift| shift.about_mean(r)[1]));
+        }
+        widen(&mut fit.striker_velocity_m_per_s, self.variance(|shift| shift.mean_own()[0]));
+        widen(&mut fit.impact_time_s, self.variance(|shift| shift.mean_own()[1]));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(shared: &[f64], own: &[[f64; 2]]) -> Unknowns {
+        Unknowns {
+            shared: DVector::from_column_slice(shared),
+            own: own.iter().map(|[striker, impact]| Own::new(*striker, *impact)).collect(),
+        }
+    }
+
+    #[test]
+    fn hypotheses_count_by_their_likelihood_and_what_moves_all_recordings_alike_moves_no_difference() {
+        let best = at(&[3.0, 0.2, 1.0], &[[2.0, 0.0], [2.0, 1.0]]);
+        // As likely as what is believed, and without the third of the shared unknowns; all impacts are later by 4, and the first striker faster by 0.4.
+        let rival = Rival {
+            hypothesis: Hypothesis::OtherEnd,
+            at: at(&[5.0, 0.2], &[[2.4, 4.0], [2.0, 5.0]]),
+            behind: 0.0,
+        };
+        let between = Rivals { instead: vec![rival], ..Rivals::default() }.about(&best);
+        let close = |found: f64, expected: f64| assert!((found - expected).abs() < 1e-12, "{found}");
+        close(between.of_shared(0), 0.5 * 4.0);
+        close(between.of_shared(1), 0.0);
+        close(between.of_shared(2), 0.0);
+        close(between.variance(|shift| shift.about_mean(0)[0]), 0.5 * 0.04);
+        close(between.variance(|shift| shift.about_mean(0)[0] + shift.about_mean(1)[0]), 0.0);
+        close(between.variance(|shift| shift.about_mean(1)[1]), 0.0);
+        let none = Rivals::default().about(&best);
+        close(none.of_shared(0) + none.variance(|shift| shift.about_mean(0)[0]), 0.0);
+    }
+}
