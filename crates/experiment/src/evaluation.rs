@@ -25,6 +25,7 @@ use crate::evaluation::notices::{
 };
 use crate::evaluation::recording_alignment::RecordingAlignments;
 use crate::finding::{Finding, LeftOutRecording};
+use crate::fitting::contacts_asked::add_contacts_asked;
 use crate::fitting::damping::StatedDamping;
 use crate::fitting::fits::{Departures, Fits, Material, ReadOff, priors};
 use crate::fitting::model_beside::{ModelBeside, model_beside};
@@ -39,7 +40,7 @@ use crate::setup::Setup;
 use crate::tracked::Tracked;
 
 /// To be raised whenever the same tracks would give other results; `results_of_the_small_experiment_are_those_of_the_evaluations_version` among the tests of the whole guards it.
-pub const EVALUATION_VERSION: u32 = 28;
+pub const EVALUATION_VERSION: u32 = 29;
 
 /// Everything that follows from the tracks.
 pub struct Evaluation {
@@ -113,7 +114,7 @@ pub fn evaluate(
     // Neither asks what the other finds.
     let read_off = || material.read_off(&of_all.shared, &step);
     let (read, fits) = both_in_parallel(n_threads, read_off, || material.fits(observations, &step));
-    let ReadOff { measurement, pulses, energy_fit } = read?;
+    let ReadOff { mut measurement, pulses, energy_fit } = read?;
     let Joint { geometry, observations, stabilisation, stitched, left_out, unjoined, .. } = of_all.joint;
     let damping = damping_of(&fits, &energy_fit, critical_kg_per_s(chain));
     let Fits { reached, track_fit, departures, imposed_fit, release_fit } = fits;
@@ -129,6 +130,10 @@ pub fn evaluate(
     notices.extend(
         believed.and_then(|fit| of_all.usual_geometry.finding(&fit.usual_amplitudes, &stitched.motion)),
     );
+    if let Some(fit) = believed {
+        // Values that the chain refuses are named by what shows its motion.
+        add_contacts_asked(&mut measurement, chain, fit).unwrap_or_default();
+    }
     let c_g = measurement.group_velocity.as_ref().ok().map(|found| found.velocity_m_per_s);
     let of_speed = || c_g.map(|c_g| speed(experiment, &stated, c_g)).transpose();
     let by_fit = || {

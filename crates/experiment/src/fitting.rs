@@ -1,6 +1,7 @@
 //! Damping and what else a fit finds of the chain, with the models beside the stated one.
 
 pub(crate) mod assumptions;
+pub(crate) mod contacts_asked;
 pub(crate) mod damping;
 pub(crate) mod first_impact;
 pub(crate) mod fits;

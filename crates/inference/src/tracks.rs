@@ -40,7 +40,7 @@ pub use aligned::{AlignedMotion, aligned_motion};
 pub use bootstrap::OverTrials;
 pub use departure::{scatter_of_bodies, scatter_of_bodies_rule, softening, softening_rule};
 pub use directed::{ODDS_OF_A_CAUSE, SIGMAS_OF_A_CAUSE, hypothesis_rule};
-pub use fitted::fitted_motion;
+pub use fitted::{fitted_chain, fitted_motion};
 pub use hypothesis::{Hypothesis, UNSTATED_MASS_SCATTER, UNSTATED_STIFFNESS_SCATTER};
 pub use model::TrackModel;
 pub use outcome::{FittedRecording, TrackFit};

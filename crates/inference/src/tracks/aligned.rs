@@ -68,17 +68,12 @@ pub fn aligned_motion(
     let harder = fitted_motion(&struck_harder(fit), times_s)?;
     let inflation = fit.reduced_chi_squared.max(1.0).sqrt();
     // Of noise alone, as that of each recording is its own: what the choice between hypotheses does to them is shared.
-    let by_noise = |found: Estimate, of_choice: f64| (found.sigma.powi(2) - of_choice).max(0.0).sqrt();
+    let sigmas = |of: fn(&FittedRecording) -> Estimate| -> Vec<f64> {
+        (0..fit.recordings.len()).map(|r| of(&fit.recording_by_noise(r)).sigma).collect()
+    };
+    let triggers = OfRecordings::about_their_mean(&sigmas(|one| one.trigger_offset_s));
+    let drives = OfRecordings::about_their_mean(&sigmas(|one| one.drive_deviation));
     let mean_m_per_s = fit.striker_velocity_m_per_s.value;
-    let of_triggers = |(r, one): (usize, &FittedRecording)| {
-        by_noise(one.trigger_offset_s, fit.between.variance(|shift| shift.about_mean(r)[1]))
-    };
-    let of_drives = |(r, one): (usize, &FittedRecording)| {
-        by_noise(one.drive_deviation, fit.between.variance(|shift| shift.about_mean(r)[0] / mean_m_per_s))
-    };
-    let recordings = || fit.recordings.iter().enumerate();
-    let triggers = OfRecordings::about_their_mean(&recordings().map(of_triggers).collect::<Vec<_>>());
-    let drives = OfRecordings::about_their_mean(&recordings().map(of_drives).collect::<Vec<_>>());
     let at_body = |body: usize, k: usize| {
         let after_impact_s = times_s[k] - fit.impact_time_s.value;
         let readings = seen.at(body, after_impact_s);

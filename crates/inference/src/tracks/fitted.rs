@@ -5,7 +5,7 @@ use chainwave_mechanics::{Chain, Resistance, Schedule, Sensitivities, simulate, 
 use nalgebra::DVector;
 use ndarray::Array2;
 
-use super::family::Family;
+use super::family::{Family, Struck};
 use super::outcome::TrackFit;
 use super::residuals::{SAMPLES_PER_FRAME, range_of, struck};
 use super::resistances::resistance;
@@ -19,13 +19,9 @@ pub fn fitted_motion(fit: &TrackFit, times_s: &[f64]) -> Result<Trajectory, FitE
     let model = &fit.model;
     let impact_time_s = fit.impact_time_s.value;
     let strikers: Vec<f64> = fit.recordings.iter().map(|one| one.striker_velocity_m_per_s.value).collect();
-    let mut shared =
-        vec![fit.damping.chain_damping_kg_per_s.value, fit.damping.striker_damping_kg_per_s.value];
-    let moved = || fit.factors.iter().chain(&fit.found);
-    shared.extend(moved().map(|(_, found)| found.value));
-    let quantities = moved().map(|(quantity, _)| *quantity);
-    let resistance = resistance(moved().map(|(quantity, found)| (*quantity, found.value)));
-    let struck = struck(model, &DVector::from_vec(shared), quantities)?;
+    let moved = fit.factors.iter().chain(&fit.found);
+    let resistance = resistance(moved.map(|(quantity, found)| (*quantity, found.value)));
+    let struck = fitted_struck(fit)?;
     let span_s = (times_s.last().copied().unwrap_or(0.0) - impact_time_s).max(f64::MIN_POSITIVE);
     let interval_s = span_s / (times_s.len().max(2) - 1) as f64 / SAMPLES_PER_FRAME;
     let schedule = Schedule::automatic(span_s + 2.0 * interval_s, interval_s);
@@ -55,6 +51,22 @@ pub fn fitted_motion(fit: &TrackFit, times_s: &[f64]) -> Result<Trajectory, FitE
         }
     }
     Ok(mean)
+}
+
+/// The chain with the values that a fit found, but for what resists its bodies besides damping.
+///
+/// # Errors
+/// [`FitError::NoStriker`] of a chain that is not struck.
+pub fn fitted_chain(fit: &TrackFit) -> Result<Chain, FitError> {
+    Ok(fitted_struck(fit)?.chain)
+}
+
+fn fitted_struck(fit: &TrackFit) -> Result<Struck, FitError> {
+    let mut shared =
+        vec![fit.damping.chain_damping_kg_per_s.value, fit.damping.striker_damping_kg_per_s.value];
+    let moved = || fit.factors.iter().chain(&fit.found);
+    shared.extend(moved().map(|(_, found)| found.value));
+    struck(&fit.model, &DVector::from_vec(shared), moved().map(|(quantity, _)| *quantity))
 }
 
 /// The motion of a chain, with what resists its bodies.

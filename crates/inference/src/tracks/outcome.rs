@@ -69,6 +69,15 @@ pub struct TrackFit {
 }
 
 impl TrackFit {
+    /// What it found of a recording, with what noise alone leaves open.
+    pub fn recording_by_noise(&self, recording: usize) -> FittedRecording {
+        let mut by_noise = self.recordings[recording].clone();
+        let more = self.between.of_recording(recording, self.striker_velocity_m_per_s.value);
+        let estimates = by_noise.estimates_mut().into_iter().zip(more);
+        estimates.for_each(|(found, more)| found.sigma = (found.sigma.powi(2) - more).max(0.0).sqrt());
+        by_noise
+    }
+
     /// Whether the model, with what it was given beyond the stated one, leaves nothing but noise.
     pub fn leaves_noise_alone(&self) -> bool {
         self.structure.is_noise_alone()
@@ -167,8 +176,8 @@ impl TrackFit {
             };
             said.push(format!(
                 "the chain model as stated does not explain the tracks ({}{directed}). They move as if {}{} (reduced chi squared {chi_squared:.3} with \
-                 it){others}. The dampings stated and motion_by_model have it; x_n(t), strains and peak energies are those of the stated scale and contacts. \
-                 c_d and c_s contain what the choice may do to them",
+                 it){others}. The dampings stated and motion_by_model have it; x_n(t), strains and peak energies are those of the stated scale and contacts, \
+                 and the sigmas of these energies contain by how much such contacts change them. c_d and c_s contain what the choice may do to them",
                 self.as_stated.in_words(),
                 causes.join(", and "),
                 if found.is_empty() { String::new() } else { format!(": {}", found.join(", ")) },
@@ -204,4 +213,16 @@ pub struct FittedRecording {
     pub trigger_offset_s: Estimate,
     /// Residuals' rms over what the tracker's sigma lets expect.
     pub scatter_ratio: f64,
+}
+
+impl FittedRecording {
+    /// What the fit found of it, in the order in which it stands here.
+    pub(super) fn estimates_mut(&mut self) -> [&mut Estimate; 4] {
+        [
+            &mut self.striker_velocity_m_per_s,
+            &mut self.impact_time_s,
+            &mut self.drive_deviation,
+            &mut self.trigger_offset_s,
+        ]
+    }
 }

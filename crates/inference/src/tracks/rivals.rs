@@ -120,19 +120,26 @@ impl BetweenHypotheses {
 
     /// Adds them to what noise leaves open of each recording, and of the mean of all.
     pub(super) fn widen(&self, fit: &mut TrackFit) {
+        let with = |found: &mut Estimate, more: f64| found.sigma = found.sigma.hypot(more.sqrt());
         let mean_m_per_s = fit.striker_velocity_m_per_s.value;
-        let widen = |found: &mut Estimate, more: f64| found.sigma = found.sigma.hypot(more.sqrt());
         for (r, one) in fit.recordings.iter_mut().enumerate() {
-            widen(&mut one.striker_velocity_m_per_s, self.variance(|shift| shift.own[r][0]));
-            widen(&mut one.impact_time_s, self.variance(|shift| shift.own[r][1]));
-            widen(
-                &mut one.drive_deviation,
-                self.variance(|shift| shift.about_mean(r)[0]) / mean_m_per_s.powi(2),
-            );
-            widen(&mut one.trigger_offset_s, self.variance(|shift| shift.about_mean(r)[1]));
+            one.estimates_mut()
+                .into_iter()
+                .zip(self.of_recording(r, mean_m_per_s))
+                .for_each(|(x, more)| with(x, more));
         }
-        widen(&mut fit.striker_velocity_m_per_s, self.variance(|shift| shift.mean_own()[0]));
-        widen(&mut fit.impact_time_s, self.variance(|shift| shift.mean_own()[1]));
+        with(&mut fit.striker_velocity_m_per_s, self.variance(|shift| shift.mean_own()[0]));
+        with(&mut fit.impact_time_s, self.variance(|shift| shift.mean_own()[1]));
+    }
+
+    /// The variances that they give what a fit found of a recording, in the order of its estimates.
+    pub(super) fn of_recording(&self, recording: usize, mean_m_per_s: f64) -> [f64; 4] {
+        [
+            self.variance(|shift| shift.own[recording][0]),
+            self.variance(|shift| shift.own[recording][1]),
+            self.variance(|shift| shift.about_mean(recording)[0] / mean_m_per_s),
+            self.variance(|shift| shift.about_mean(recording)[1]),
+        ]
     }
 }
 
