@@ -11,7 +11,8 @@ mod problem;
 mod step;
 
 pub(crate) use bordered::{
-    Block, N_OWN, NormalEquations, Own, OwnCovariance, Reduced, RestSums, Row, SharedProducts,
+    Block, JointCovariance, N_OWN, NormalEquations, Own, OwnCovariance, Reduced, RestSums, Row,
+    SharedProducts, Weights,
 };
 pub(crate) use problem::{Bounds, Failure, LeastSquares, Unknowns};
 pub(crate) use step::within;

@@ -4,6 +4,7 @@
 
 mod block;
 mod covariance;
+mod joint;
 mod shared;
 mod tie;
 
@@ -13,6 +14,7 @@ use super::problem::Unknowns;
 use block::Eliminated;
 pub(crate) use block::{Block, RestSums, Row};
 pub(crate) use covariance::OwnCovariance;
+pub(crate) use joint::{JointCovariance, Weights};
 pub(crate) use shared::SharedProducts;
 use tie::{Tie, TiedErrors};
 
@@ -274,6 +276,8 @@ mod tests {
         solution: DVector<f64>,
         /// Its sum of squares.
         least: f64,
+        /// Amplitudes, which stand behind the shared unknowns.
+        n_errors: usize,
         first_own: usize,
         /// A recording's own unknowns and its places at rest.
         n_of_recording: usize,
@@ -290,6 +294,25 @@ mod tests {
             let all = || weights.iter().enumerate();
             let pairs = all().flat_map(|(r, of_r)| all().map(move |(q, of_q)| (r, q, of_r * of_q)));
             pairs.map(|(r, q, weight)| weight * self.inverse[(self.place(r, k), self.place(q, k))]).sum()
+        }
+
+        /// Holds the variance of a sum of unknowns of all kinds against it.
+        fn has_variance_of_sums(&self, joint: &JointCovariance, n_recordings: usize, tolerance: f64) {
+            let n_shared = self.first_own - self.n_errors;
+            let (of_all, of_second) = (Own::new(0.3, -0.7), Own::new(1.1, 0.4));
+            let shared = DVector::from_fn(n_shared, |i, _| 0.5 - 0.8 * i as f64);
+            let amplitudes = DVector::from_fn(self.n_errors, |i, _| 0.6 * i as f64 - 0.2);
+            let mut weights = DVector::zeros(self.inverse.nrows());
+            weights.rows_mut(0, n_shared).copy_from(&shared);
+            weights.rows_mut(n_shared, self.n_errors).copy_from(&amplitudes);
+            for r in 0..n_recordings {
+                let own = if r == 1 { of_all + of_second } else { of_all };
+                (0..N_OWN).for_each(|k| weights[self.place(r, k)] = own[k]);
+            }
+            let amplitudes = if self.n_errors > 0 { vec![amplitudes] } else { Vec::new() };
+            let sum = Weights { of_all, of_each: &[(1, of_second)], amplitudes: &amplitudes, shared };
+            let expected = weights.dot(&(&self.inverse * &weights));
+            assert!((joint.variance(&sum) - expected).abs() < tolerance * expected.max(1.0));
         }
 
         /// Holds steps and covariances of the equations against it.
@@ -315,6 +338,7 @@ mod tests {
                 assert!(close(step[i], self.solution[i]), "{} {}", step[i], self.solution[i]);
                 assert!((0..equations.n_shared()).all(|j| close(covariance[(i, j)], self.inverse[(i, j)])));
             }
+            self.has_variance_of_sums(&JointCovariance::of(&reduced, &covariance), n_recordings, tolerance);
             let mean = vec![1.0 / n_recordings as f64; n_recordings];
             for (r, own) in own.iter().enumerate() {
                 let mut alone = vec![0.0; n_recordings];
@@ -365,7 +389,7 @@ mod tests {
             equations.add_recording(recording, &[rest]);
         }
         // Rounding, times a condition number of some tens.
-        let dense = Dense { inverse, solution, least, first_own: N_SHARED, n_of_recording: 3 };
+        let dense = Dense { inverse, solution, least, n_errors: 0, first_own: N_SHARED, n_of_recording: 3 };
         dense.is_found_by(&equations, N_RECORDINGS, 1e-12);
     }
 
@@ -429,7 +453,7 @@ mod tests {
         let least = (&dense * &solution - &side).norm_squared();
         // Rounding, times a condition number of some hundreds.
         let tolerance = 1e-11;
-        let solved = Dense { inverse, solution, least, first_own, n_of_recording: 4 };
+        let solved = Dense { inverse, solution, least, n_errors: N_ERRORS, first_own, n_of_recording: 4 };
         solved.is_found_by(&equations, N_RECORDINGS, tolerance);
         let close = |found: f64, expected: f64| (found - expected).abs() < tolerance;
         let place = |r: usize, k: usize| solved.place(r, k);

@@ -7,10 +7,12 @@ use nalgebra::DVector;
 use ndarray::Array2;
 
 use super::fitted::fitted_motion;
-use super::outcome::{FittedRecording, TrackFit};
+use super::outcome::TrackFit;
 use super::residuals::{ErrorOfTrack, Residual, TrackResiduals};
+use super::usual_amplitudes::placed_among_ties;
+use crate::damping::N_DAMPINGS;
 use crate::error::FitError;
-use crate::least_squares::{Own, Unknowns};
+use crate::least_squares::{Own, Unknowns, Weights};
 use crate::quantity::Quantity;
 
 /// Displacements from rest of all bodies, as the mean striker moves them at the mean trigger.
@@ -59,20 +61,12 @@ pub fn aligned_motion(
     let at = Unknowns { shared: DVector::from_vec(shared), own: own.collect() };
     let solved = problem.solve(&at)?;
     let residuals = problem.residuals(&solved, &at, &fit.usual_amplitudes.among_ties(&problem));
-    let scale = fit.factors.iter().chain(&fit.found).find(|(quantity, _)| *quantity == Quantity::Scale);
-    let scale = scale.map_or(Estimate::new(1.0, 0.0), |(_, found)| *found);
-    let view_scales = ViewScales::of(fit);
+    let scales = Scales::of(fit);
     let seen = Seen::of(observations, &residuals, |view| solved.scale_of(view));
     let shared = SharedByReadings { of_tracks: problem.errors_of_tracks(), fit };
     let mean = fitted_motion(fit, times_s)?;
     let harder = fitted_motion(&struck_harder(fit), times_s)?;
     let inflation = fit.reduced_chi_squared.max(1.0).sqrt();
-    // Of noise alone, as that of each recording is its own: what the choice between hypotheses does to them is shared.
-    let sigmas = |of: fn(&FittedRecording) -> Estimate| -> Vec<f64> {
-        (0..fit.recordings.len()).map(|r| of(&fit.recording_by_noise(r)).sigma).collect()
-    };
-    let triggers = OfRecordings::about_their_mean(&sigmas(|one| one.trigger_offset_s));
-    let drives = OfRecordings::about_their_mean(&sigmas(|one| one.drive_deviation));
     let mean_m_per_s = fit.striker_velocity_m_per_s.value;
     let at_body = |body: usize, k: usize| {
         let after_impact_s = times_s[k] - fit.impact_time_s.value;
@@ -84,21 +78,25 @@ pub fn aligned_motion(
             (value + reading.off_m.value, variance + (inflation * reading.off_m.sigma).powi(2))
         });
         let x_m = mean.displacement_m[(body - 1, k)] + sum.0 / n;
-        let shared_m = shared.sums_m(&readings);
-        let of_noise_m2 = (sum.1 + shared.variance_m2(&shared_m)) / (n * n);
-        let of_triggers_m2 = by_trigger.powi(2) * triggers.variance(&readings);
-        let of_drives_m2 = by_drive.powi(2) * drives.variance(&readings);
-        // The impact being later, a reading is one of an earlier time.
+        let of_errors_m = shared.sums_m(&readings);
+        let of_noise_m2 = (sum.1 + shared.found_m2(&of_errors_m)) / (n * n);
+        // By a striker's velocity that is found too large, and an impact too late.
+        let by_own = Own::new(-by_drive / mean_m_per_s, by_trigger);
+        let of_each: Vec<(usize, Own)> =
+            readings.iter().map(|reading| (reading.recording, by_own / n)).collect();
+        let usual_m = shared.of_usual_m(&of_errors_m) / -n;
+        let weights = Weights {
+            of_all: -by_own / fit.recordings.len() as f64,
+            of_each: &of_each,
+            amplitudes: &placed_among_ties(&problem, &usual_m),
+            shared: scales.of_mean(observations, &readings) * -x_m,
+        };
+        let of_fit_m2 = inflation * inflation * fit.errors.variance(&weights);
         let of_choice_m2 = fit.between.variance(|shift| {
-            let moved = |reading: &Reading| {
-                let own = shift.about_mean(reading.recording);
-                by_drive * own[0] / mean_m_per_s - by_trigger * own[1]
-            };
-            (readings.iter().map(moved).sum::<f64>() + shift.of_usual(&shared.of_usual_m(&shared_m))) / n
+            let of_own: f64 = of_each.iter().map(|(r, weight)| weight.dot(&shift.about_mean(*r))).sum();
+            of_own + shift.of_usual(&usual_m) + shift.of_shared(&weights.shared)
         });
-        let of_scales = (scale.sigma / scale.value).hypot(view_scales.of_mean(observations, &readings));
-        let of_all_m2 = of_noise_m2 + of_triggers_m2 + of_drives_m2 + of_choice_m2;
-        let sigma_m = of_all_m2.sqrt().hypot(x_m * of_scales);
+        let sigma_m = (of_noise_m2 + of_fit_m2 + of_choice_m2).sqrt();
         ((!readings.is_empty()).then(|| Estimate::new(x_m, sigma_m)), readings.len() as u32)
     };
     let shape = (fit.model.chain.n_bodies(), times_s.len());
@@ -135,61 +133,37 @@ impl SharedByReadings<'_> {
         sums_m.rows(n_found, sums_m.len() - n_found).into_owned()
     }
 
-    /// Variance of the sum from them. Those that were found are of unit variance; of the usual ones the fit tells more.
-    fn variance_m2(&self, sums_m: &DVector<f64>) -> f64 {
-        let n_found = self.fit.model.reading_errors.len();
-        sums_m.rows(0, n_found).norm_squared() + self.fit.usual_amplitudes.variance(&self.of_usual_m(sums_m))
+    /// Variance of the sum from those that were found, which are of unit variance.
+    fn found_m2(&self, sums_m: &DVector<f64>) -> f64 {
+        sums_m.rows(0, self.fit.model.reading_errors.len()).norm_squared()
     }
 }
 
-/// Relative standard uncertainty of the scale of each view that has one of its own.
-struct ViewScales(BTreeMap<u32, f64>);
+/// The scales of the pictures among the shared unknowns: of all views or of one, with their values.
+struct Scales {
+    n_shared: usize,
+    found: Vec<(usize, Quantity, f64)>,
+}
 
-impl ViewScales {
+impl Scales {
     fn of(fit: &TrackFit) -> Self {
-        let of_view = |(quantity, found): &(Quantity, Estimate)| match quantity {
-            Quantity::ScaleOfView(view) => Some((*view, found.sigma / found.value)),
-            _ => None,
-        };
-        Self(fit.factors.iter().chain(&fit.found).filter_map(of_view).collect())
+        let moved = || fit.factors.iter().chain(&fit.found).zip(N_DAMPINGS..);
+        let is_scale = |quantity: &Quantity| matches!(quantity, Quantity::Scale | Quantity::ScaleOfView(_));
+        let found = moved().filter(|((quantity, _), _)| is_scale(quantity));
+        let found = found.map(|((quantity, found), unknown)| (unknown, *quantity, found.value)).collect();
+        Self { n_shared: N_DAMPINGS + moved().count(), found }
     }
 
-    /// What they make of the mean of some readings, relative to it: all readings of a view have its error alike.
-    fn of_mean(&self, observations: &[Observation], readings: &[Reading]) -> f64 {
-        let share_of = |view: u32| {
-            let n = readings.iter().filter(|reading| observations[reading.recording].view == view).count();
-            n as f64 / readings.len() as f64
-        };
-        self.0.iter().map(|(view, sigma)| (share_of(*view) * sigma).powi(2)).sum::<f64>().sqrt()
-    }
-}
-
-/// Variances of what the fit found of each recording, without what all share.
-struct OfRecordings {
-    variances: Vec<f64>,
-}
-
-impl OfRecordings {
-    /// From the standard uncertainties of differences from the mean of all: of N independent errors of variances s, the differences' are `(1 - 2 / N) s`
-    /// and the sum of all s over the square of N. Two of them do not tell whose each part is.
-    fn about_their_mean(sigmas: &[f64]) -> Self {
-        let n = sigmas.len() as f64;
-        let squares = || sigmas.iter().map(|sigma| sigma * sigma);
-        let of_all = squares().sum::<f64>() / (1.0 - 1.0 / n);
-        let own = |square: f64| match n > 2.0 {
-            true => ((square - of_all / (n * n)) / (1.0 - 2.0 / n)).max(0.0),
-            false => of_all / n,
-        };
-        let variances = if n > 1.0 { squares().map(own).collect() } else { vec![0.0; sigmas.len()] };
-        Self { variances }
-    }
-
-    /// Variance of the mean over all recordings, which the model's motion has, less that over those of some readings, which was taken from them.
-    fn variance(&self, readings: &[Reading]) -> f64 {
-        let [of_all, of_seen] = [self.variances.len(), readings.len()].map(|n| (n as f64).recip());
-        let all = self.variances.iter().sum::<f64>() * of_all * of_all;
-        let seen: f64 = readings.iter().map(|reading| self.variances[reading.recording]).sum();
-        (all + seen * (of_seen * of_seen - 2.0 * of_all * of_seen)).max(0.0)
+    /// What one unit of each shared unknown that is a scale makes of the mean of some readings, relative to it: all readings of a view have its error
+    /// alike.
+    fn of_mean(&self, observations: &[Observation], readings: &[Reading]) -> DVector<f64> {
+        let mut of_mean = DVector::zeros(self.n_shared);
+        for (unknown, quantity, value) in &self.found {
+            let is_of = |reading: &&Reading| quantity.scales(observations[reading.recording].view);
+            let share = readings.iter().filter(is_of).count() as f64 / readings.len().max(1) as f64;
+            of_mean[*unknown] = share / value;
+        }
+        of_mean
     }
 }
 
@@ -258,38 +232,5 @@ impl Seen {
             (away(best) <= 1.001 * self.reach_s[recording]).then_some(*best)
         };
         self.tracks.range((body, 0)..(body + 1, 0)).filter_map(nearest).collect()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn readings(of: &[usize]) -> Vec<Reading> {
-        let of = of.iter().map(|&recording| Reading {
-            recording,
-            after_impact_s: 0.0,
-            off_m: Estimate::new(0.0, 0.0),
-            track: 0,
-            position: 0,
-            scale: 1.0,
-        });
-        of.collect()
-    }
-
-    #[test]
-    fn errors_of_recordings_that_did_not_see_a_body_reach_it_through_the_mean() {
-        // Four are known exactly, one badly: its error moves the mean by a fifth, and by that each difference from it.
-        let differences = [0.2, 0.2, 0.2, 0.2, 0.8];
-        let found = OfRecordings::about_their_mean(&differences);
-        for (variance, truth) in found.variances.iter().zip([0.0, 0.0, 0.0, 0.0, 1.0]) {
-            assert!((variance - truth).abs() < 1e-12, "{:?}", found.variances);
-        }
-        // Four that saw it cannot average it out; where all saw it, what the mean has is what the readings took.
-        assert!((found.variance(&readings(&[0, 1, 2, 3])) - 0.04).abs() < 1e-12);
-        assert!(found.variance(&readings(&[0, 1, 2, 3, 4])).abs() < 1e-12);
-        assert!((found.variance(&readings(&[4])) - 0.64).abs() < 1e-12);
-        assert!(OfRecordings::about_their_mean(&[0.0]).variance(&readings(&[0])).abs() < 1e-15);
-        assert!((OfRecordings::about_their_mean(&[0.5, 0.5]).variance(&readings(&[0])) - 0.25).abs() < 1e-12);
     }
 }

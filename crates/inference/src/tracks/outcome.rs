@@ -12,6 +12,7 @@ use super::rivals::{BetweenHypotheses, FAR_BEHIND};
 use super::structure::Structure;
 use super::usual_amplitudes::UsualAmplitudes;
 use crate::damping::Damping;
+use crate::least_squares::JointCovariance;
 use crate::quantity::Quantity;
 
 /// Damping fitted to the tracks of all recordings, and what went along.
@@ -52,6 +53,8 @@ pub struct TrackFit {
     pub model: TrackModel,
     /// How large its usual errors are, in their order.
     pub usual_amplitudes: UsualAmplitudes,
+    /// The covariance of all unknowns.
+    pub(super) errors: JointCovariance,
     /// Mean striker velocity of the recordings, in metres per second.
     pub striker_velocity_m_per_s: Estimate,
     /// Mean stamp of the impact, in seconds after the trigger.

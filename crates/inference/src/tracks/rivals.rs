@@ -85,6 +85,11 @@ impl Shift {
     pub(super) fn of_usual(&self, weights: &DVector<f64>) -> f64 {
         self.usual.iter().zip(weights).map(|(shift, weight)| shift * weight).sum()
     }
+
+    /// The same of a sum of shared unknowns.
+    pub(super) fn of_shared(&self, weights: &DVector<f64>) -> f64 {
+        self.shared.iter().zip(weights).map(|(shift, weight)| shift * weight).sum()
+    }
 }
 
 impl BetweenHypotheses {

@@ -17,7 +17,7 @@ use super::usual_amplitudes::UsualAmplitudes;
 use crate::damping::{Damping, N_DAMPINGS, STARTS};
 use crate::error::FitError;
 use crate::excess;
-use crate::least_squares::{Failure, Minimum, Own, OwnCovariance, Stop, Unknowns, least_of};
+use crate::least_squares::{Failure, JointCovariance, Minimum, Own, OwnCovariance, Stop, Unknowns, least_of};
 use crate::priors::PriorFactors;
 
 /// The search by which [`fit_tracks`](super::fit_tracks) begins: for the dampings of the model as it is stated, from the usual starts.
@@ -249,6 +249,7 @@ fn finish(
         p_value_as_stated: fit.p_value_as_stated,
         structure: fit.structure.clone(),
         model: fit.model.clone(),
+        errors: JointCovariance::of(&reduced, &covariance),
         usual_amplitudes: UsualAmplitudes::of(problem, equations, (&reduced, &covariance)),
         striker_velocity_m_per_s: of_mean(0),
         impact_time_s: of_mean(1),

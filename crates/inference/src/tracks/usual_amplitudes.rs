@@ -55,19 +55,19 @@ impl UsualAmplitudes {
         (0..self.values.len()).map(|i| Estimate::new(self.values[i], self.covariance[(i, i)].sqrt()))
     }
 
-    /// Variance that they leave in a sum which has one standard deviation of each with these weights.
-    pub(super) fn variance(&self, weights: &DVector<f64>) -> f64 {
-        weights.dot(&(&self.covariance * weights))
-    }
-
     /// The amplitudes among all that the problem's ties have, tie by tie, the others zero.
     pub(super) fn among_ties(&self, problem: &TrackResiduals<'_>) -> Vec<DVector<f64>> {
-        let mut of_ties: Vec<DVector<f64>> = problem.ties().map(DVector::zeros).collect();
-        for (place, value) in problem.usual_errors().iter().zip(&self.values) {
-            if let Some((tie, error)) = place {
-                of_ties[*tie][*error] = *value;
-            }
-        }
-        of_ties
+        placed_among_ties(problem, &self.values)
     }
+}
+
+/// Numbers of a model's usual errors, in their order, among those of all errors that the problem's ties have, tie by tie, the others zero.
+pub(super) fn placed_among_ties(problem: &TrackResiduals<'_>, of_usual: &DVector<f64>) -> Vec<DVector<f64>> {
+    let mut of_ties: Vec<DVector<f64>> = problem.ties().map(DVector::zeros).collect();
+    for (place, value) in problem.usual_errors().iter().zip(of_usual) {
+        if let Some((tie, error)) = place {
+            of_ties[*tie][*error] = *value;
+        }
+    }
+    of_ties
 }

@@ -115,6 +115,11 @@ impl TiedErrors {
         &self.covariance + &by_shared * shared * by_shared.transpose()
     }
 
+    /// Covariance of the amplitudes, the shared unknowns held.
+    pub(super) fn covariance(&self) -> &DMatrix<f64> {
+        &self.covariance
+    }
+
     /// Covariance that the amplitudes' own errors carry into what depends on them.
     pub(super) fn carried(&self, by: &OMatrix<f64, U2, Dyn>) -> Matrix2<f64> {
         by * &self.covariance * by.transpose()
