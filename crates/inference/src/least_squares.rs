@@ -80,7 +80,8 @@ impl Minimum {
 
     /// Whether a step from a place with such a sum of squares, which is not below the minimum's, leads so near to it that the sums there are one.
     fn is_met_by(&self, chi_squared: f64, trial: &Unknowns) -> bool {
-        chi_squared >= self.chi_squared() && self.equations.length2(&trial.less(&self.at)) < SAME_MINIMUM
+        let away = trial.less(&self.at);
+        chi_squared >= self.chi_squared() && self.equations.length2(&away.shared, &away.own) < SAME_MINIMUM
     }
 
     /// The equations without the recordings' own unknowns, and the covariance of the shared ones in units of the residuals' variance.

@@ -38,9 +38,8 @@ pub(super) fn constrained_step(
         resting.iter().for_each(|unknown| system.hold(*unknown));
         system.length2(&shared) + reduced.own_length2(&shared)
     });
-    let step = Unknowns { shared, own };
-    let fall = here.fall(&step);
-    Some(Step { step, length2, fall })
+    let fall = here.fall(&shared, &own);
+    Some(Step { step: Unknowns { shared, own }, length2, fall })
 }
 
 /// The step of the shared unknowns, none of which leaves its bounds from a bound, and those that rest: what would go beyond its bound

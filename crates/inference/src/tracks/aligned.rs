@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use chainwave_measurement::{Estimate, Observation, Trajectory};
+use chainwave_measurement::{Estimate, Observation, Trajectory, map_in_parallel};
 use nalgebra::DVector;
 use ndarray::Array2;
 
@@ -34,9 +34,10 @@ const DRIVE_STEP: f64 = 1e-3;
 ///
 /// Nothing of the model's shape remains in it: what its motion of one recording misses, this recording's readings bring back. The model
 /// serves to know the triggers and drives, far better than a body's own readings do, and its uncertainty counts through these: a recording's
-/// trigger moves its readings by the body's velocity, its drive by the motion's derivative, the mean of all recordings' moves the model's, and the pictures' scale, where the fit found it,
-/// all of the motion in proportion. What the fit found of the usual errors of readings is taken from these, and counts by what it leaves open. As a sum of differences from a model known in
-/// closed form it is a control variate (R. Y. Rubinstein, Simulation and the Monte Carlo Method (1981), ch. 4.3).
+/// trigger moves its readings by the body's velocity, its drive by the motion's derivative, the mean of all recordings' moves the model's, and
+/// the pictures' scale, where the fit found it, all of the motion in proportion. What the fit found of the usual errors of readings is taken from
+/// these, and counts by what it leaves open. All of that errs together, by the fit's covariance and by where other hypotheses put it. As a sum of
+/// differences from a model known in closed form it is a control variate (R. Y. Rubinstein, Simulation and the Monte Carlo Method (1981), ch. 4.3).
 ///
 /// # Errors
 /// [`FitError::Model`] when the chain model refuses the fitted values, [`FitError::TooFew`] for observations that are not those of the fit.
@@ -54,11 +55,7 @@ pub fn aligned_motion(
     let dampings = [fit.damping.chain_damping_kg_per_s, fit.damping.striker_damping_kg_per_s];
     let moved = fit.factors.iter().chain(&fit.found).map(|(_, found)| *found);
     let shared: Vec<f64> = dampings.into_iter().chain(moved).map(|found| found.value).collect();
-    let own = fit
-        .recordings
-        .iter()
-        .map(|one| Own::new(one.striker_velocity_m_per_s.value, one.impact_time_s.value));
-    let at = Unknowns { shared: DVector::from_vec(shared), own: own.collect() };
+    let at = Unknowns { shared: DVector::from_vec(shared), own: fit.own() };
     let solved = problem.solve(&at)?;
     let residuals = problem.residuals(&solved, &at, &fit.usual_amplitudes.among_ties(&problem));
     let scales = Scales::of(fit);
@@ -99,12 +96,13 @@ pub fn aligned_motion(
         let sigma_m = (of_noise_m2 + of_fit_m2 + of_choice_m2).sqrt();
         ((!readings.is_empty()).then(|| Estimate::new(x_m, sigma_m)), readings.len() as u32)
     };
+    let of_row = |row: usize| (0..times_s.len()).map(|k| at_body(row + 1, k)).collect::<Vec<_>>();
     let shape = (fit.model.chain.n_bodies(), times_s.len());
-    let all = Array2::from_shape_fn(shape, |(row, k)| at_body(row + 1, k));
+    let rows = map_in_parallel(shape.0, fit.model.n_threads, of_row);
     Ok(AlignedMotion {
         times_s: times_s.to_vec(),
-        displacement_m: all.mapv(|(x, _)| x),
-        n_trials: all.mapv(|(_, n)| n),
+        displacement_m: Array2::from_shape_fn(shape, |(row, k)| rows[row][k].0),
+        n_trials: Array2::from_shape_fn(shape, |(row, k)| rows[row][k].1),
     })
 }
 

@@ -70,13 +70,17 @@ pub const ODDS_OF_A_CAUSE: f64 = 0.2;
 /// How large its quantities may be then, in standard errors: what is much larger is told, what is much smaller does no harm.
 pub const SIGMAS_OF_A_CAUSE: f64 = 3.0;
 
+/// Minus twice the logarithm of what a cause that frees so many numbers is worth before the tracks are asked, over what they leave open of these.
+pub(super) fn cost_of_a_cause(n_free: usize) -> f64 {
+    n_free as f64 * (SIGMAS_OF_A_CAUSE * SIGMAS_OF_A_CAUSE).ln_1p() - 2.0 * ODDS_OF_A_CAUSE.ln()
+}
+
 impl Directed {
     /// Minus twice the logarithm of its odds against the model without it, what is left over having the variance `unit`: the ratio of the two
     /// likelihoods, over a normal distribution of its quantities.
     pub(super) fn behind(&self, unit: f64) -> f64 {
         let width2 = SIGMAS_OF_A_CAUSE * SIGMAS_OF_A_CAUSE;
-        let fall = width2 / (1.0 + width2) * self.fall / unit;
-        self.n_free as f64 * width2.ln_1p() - 2.0 * ODDS_OF_A_CAUSE.ln() - fall
+        cost_of_a_cause(self.n_free) - width2 / (1.0 + width2) * self.fall / unit
     }
 
     /// Probability of such a fall or a larger one, were there noise alone of variance `unit` and nothing but one of `n` hypotheses to try.

@@ -4,7 +4,7 @@ use chainwave_analysis::probability::chi_squared_beyond;
 use chainwave_measurement::Estimate;
 
 use super::bootstrap::OverTrials;
-use super::directed::hypothesis_rule;
+use super::directed::{cost_of_a_cause, hypothesis_rule};
 use super::hypothesis::Hypothesis;
 use super::model::TrackModel;
 use super::profile::Interval;
@@ -12,7 +12,7 @@ use super::rivals::{BetweenHypotheses, FAR_BEHIND};
 use super::structure::Structure;
 use super::usual_amplitudes::UsualAmplitudes;
 use crate::damping::Damping;
-use crate::least_squares::JointCovariance;
+use crate::least_squares::{JointCovariance, Own};
 use crate::quantity::Quantity;
 
 /// Damping fitted to the tracks of all recordings, and what went along.
@@ -105,14 +105,37 @@ impl TrackFit {
 
     /// A fit whose uncertainties of recordings are noise's alone, with what hypotheses that might as well hold make of them.
     pub(super) fn among(mut self, between: BetweenHypotheses) -> Self {
-        between.widen(&mut self);
+        let with = |found: &mut Estimate, more: f64| found.sigma = found.sigma.hypot(more.sqrt());
+        let mean_m_per_s = self.striker_velocity_m_per_s.value;
+        for (r, one) in self.recordings.iter_mut().enumerate() {
+            let more = between.of_recording(r, mean_m_per_s);
+            one.estimates_mut().into_iter().zip(more).for_each(|(found, more)| with(found, more));
+        }
+        let of_mean = [&mut self.striker_velocity_m_per_s, &mut self.impact_time_s];
+        of_mean.into_iter().zip(between.of_mean()).for_each(|(found, more)| with(found, more));
         Self { between: self.between.and(between), ..self }
     }
 
+    /// Striker and impact of each recording.
+    pub(super) fn own(&self) -> Vec<Own> {
+        let own =
+            |one: &FittedRecording| Own::new(one.striker_velocity_m_per_s.value, one.impact_time_s.value);
+        self.recordings.iter().map(own).collect()
+    }
+
+    /// Minus twice the logarithm of its likelihood over all that its causes and its usual errors might have been beforehand (Laplace's approximation), but
+    /// for what all fits to the same tracks have alike; the residuals have the variance `unit`.
+    fn cost(&self, unit: f64) -> f64 {
+        let of_cause = |cause: &Hypothesis| cost_of_a_cause(cause.quantities().len());
+        let of_causes: f64 = self.beyond.iter().map(of_cause).sum();
+        self.chi_squared / unit + of_causes + self.usual_amplitudes.narrowing()
+    }
+
     /// With what another fit says that might as well hold: how far its dampings and its recordings' strikers and impacts are off joins the uncertainties
-    /// by its odds, which are even where both have the same chi squared.
+    /// by its odds.
     pub(super) fn beside(self, other: &Self) -> Self {
-        let behind = (other.chi_squared - self.chi_squared) / self.reduced_chi_squared.max(1.0);
+        let unit = self.reduced_chi_squared.max(1.0);
+        let behind = other.cost(unit) - self.cost(unit);
         let weight = (1.0 + (0.5 * behind.max(0.0)).exp()).recip();
         let values = |fit: &Self| {
             let Damping { chain_damping_kg_per_s: c_d, striker_damping_kg_per_s: c_s, .. } = fit.damping;
@@ -126,7 +149,9 @@ impl TrackFit {
         let intervals_95 = [in_c_d.widened(c_d, of_c_d), in_c_s.widened(c_s, of_c_s)];
         let mut rivals = self.rivals.clone();
         rivals.extend(other.beyond.iter().filter(|one| !self.beyond.contains(one)));
-        let between = BetweenHypotheses::of_recordings(&self, other, weight);
+        // A fit without usual errors takes them for zero.
+        let usual = other.usual_amplitudes.less(&self.usual_amplitudes);
+        let between = BetweenHypotheses::of_recordings([self.own(), other.own()], &usual, weight);
         Self { damping, intervals_95, rivals, ..self }.among(between)
     }
 

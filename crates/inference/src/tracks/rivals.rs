@@ -1,10 +1,8 @@
 //! Hypotheses that might hold as well as what is believed, and what the choice between them does to the results.
 
-use chainwave_measurement::Estimate;
 use nalgebra::DVector;
 
 use super::hypothesis::Hypothesis;
-use super::outcome::{FittedRecording, TrackFit};
 use crate::least_squares::{Own, Unknowns};
 
 /// A hypothesis whose chi squared is farther behind the best one's than this is a thousand times less likely, and no rival.
@@ -93,18 +91,11 @@ impl Shift {
 }
 
 impl BetweenHypotheses {
-    /// What another fit to the same recordings, of such a likelihood, makes of these and of the usual errors.
-    pub(super) fn of_recordings(fit: &TrackFit, other: &TrackFit, likelihood: f64) -> Self {
-        let own = |of: &FittedRecording| Own::new(of.striker_velocity_m_per_s.value, of.impact_time_s.value);
-        let at = |fit: &TrackFit| Unknowns {
-            shared: DVector::zeros(0),
-            own: fit.recordings.iter().map(own).collect(),
-        };
-        // A fit without these errors takes them for zero.
-        let (usual, of_other) = (fit.usual_amplitudes.values(), other.usual_amplitudes.values());
-        let of_other = if of_other.is_empty() { DVector::zeros(usual.len()) } else { of_other.clone() };
-        let usual = likelihood.sqrt() * (of_other - usual);
-        Self { shifts: vec![Shift { usual, ..Shift::between(&at(fit), &at(other), likelihood) }] }
+    /// What a fit with such strikers and impacts in place of `here`, and such other usual errors, makes of them, of such a likelihood.
+    pub(super) fn of_recordings([here, there]: [Vec<Own>; 2], usual: &DVector<f64>, likelihood: f64) -> Self {
+        let [at, other] = [here, there].map(|own| Unknowns { shared: DVector::zeros(0), own });
+        let usual = likelihood.sqrt() * usual;
+        Self { shifts: vec![Shift { usual, ..Shift::between(&at, &other, likelihood) }] }
     }
 
     /// Both.
@@ -123,18 +114,9 @@ impl BetweenHypotheses {
         self.variance(|shift| shift.shared.get(unknown).copied().unwrap_or(0.0))
     }
 
-    /// Adds them to what noise leaves open of each recording, and of the mean of all.
-    pub(super) fn widen(&self, fit: &mut TrackFit) {
-        let with = |found: &mut Estimate, more: f64| found.sigma = found.sigma.hypot(more.sqrt());
-        let mean_m_per_s = fit.striker_velocity_m_per_s.value;
-        for (r, one) in fit.recordings.iter_mut().enumerate() {
-            one.estimates_mut()
-                .into_iter()
-                .zip(self.of_recording(r, mean_m_per_s))
-                .for_each(|(x, more)| with(x, more));
-        }
-        with(&mut fit.striker_velocity_m_per_s, self.variance(|shift| shift.mean_own()[0]));
-        with(&mut fit.impact_time_s, self.variance(|shift| shift.mean_own()[1]));
+    /// The variances that they give the mean of the recordings' strikers and impacts.
+    pub(super) fn of_mean(&self) -> [f64; 2] {
+        [0, 1].map(|k| self.variance(|shift| shift.mean_own()[k]))
     }
 
     /// The variances that they give what a fit found of a recording, in the order of its estimates.

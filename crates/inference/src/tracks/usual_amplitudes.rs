@@ -34,8 +34,19 @@ impl UsualAmplitudes {
         Self { values: DVector::from_fn(n, |i, _| value(i)), covariance: DMatrix::from_fn(n, n, covariance) }
     }
 
-    pub(super) fn values(&self) -> &DVector<f64> {
-        &self.values
+    /// How much larger they are than others, which may be none.
+    pub(super) fn less(&self, others: &Self) -> DVector<f64> {
+        let value = |of: &Self, i: usize| of.values.get(i).copied().unwrap_or(0.0);
+        DVector::from_fn(others.values.len(), |i, _| value(self, i) - value(others, i))
+    }
+
+    /// The logarithm of how many times smaller the tracks leave the square of the volume in which they may be than it was: minus that of the covariance's determinant, their
+    /// variances having been one.
+    pub(super) fn narrowing(&self) -> f64 {
+        match self.covariance.clone().cholesky() {
+            Some(factor) => -2.0 * factor.l_dirty().diagonal().iter().map(|x| x.ln()).sum::<f64>(),
+            None => 0.0,
+        }
     }
 
     /// Whether one of them is told.
