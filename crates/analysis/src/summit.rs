@@ -14,9 +14,9 @@ pub(crate) fn summit(
     start: f64,
     tolerance: f64,
 ) -> Option<f64> {
-    // The highest place, the second highest, and the one that this was before.
+    // The three highest places.
     let mut best = (start, function(start)?);
-    let (mut second, mut third) = (best, best);
+    let (mut second, mut third) = (None, None);
     let (mut step, mut step_before) = (0.0_f64, 0.0_f64);
     for _ in 0..MAX_PLACES {
         let middle = 0.5 * (low + high);
@@ -39,13 +39,14 @@ pub(crate) fn summit(
         let there = (at, function(at)?);
         if there.1 >= best.1 {
             *(if at >= best.0 { &mut low } else { &mut high }) = best.0;
-            (third, second, best) = (second, best, there);
+            (third, second, best) = (second, Some(best), there);
         } else {
             *(if at >= best.0 { &mut high } else { &mut low }) = at;
-            if there.1 >= second.1 || second.0 == best.0 {
-                (third, second) = (second, there);
-            } else if there.1 >= third.1 || third.0 == best.0 || third.0 == second.0 {
-                third = there;
+            let is_above = |other: Option<(f64, f64)>| other.is_none_or(|other| there.1 >= other.1);
+            if is_above(second) {
+                (third, second) = (second, Some(there));
+            } else if is_above(third) {
+                third = Some(there);
             }
         }
     }
@@ -53,7 +54,8 @@ pub(crate) fn summit(
 }
 
 /// Where a parabola through three places and its values there is highest; `None` where they are not three, or its height is in none.
-fn vertex(best: (f64, f64), second: (f64, f64), third: (f64, f64)) -> Option<f64> {
+fn vertex(best: (f64, f64), second: Option<(f64, f64)>, third: Option<(f64, f64)>) -> Option<f64> {
+    let (second, third) = (second?, third?);
     let left = (best.0 - second.0) * (best.1 - third.1);
     let right = (best.0 - third.0) * (best.1 - second.1);
     let above = (best.0 - third.0) * right - (best.0 - second.0) * left;

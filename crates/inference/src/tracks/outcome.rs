@@ -8,7 +8,7 @@ use super::directed::{cost_of_a_cause, hypothesis_rule};
 use super::hypothesis::Hypothesis;
 use super::model::TrackModel;
 use super::profile::Interval;
-use super::rivals::{BetweenHypotheses, FAR_BEHIND};
+use super::rivals::{BetweenHypotheses, FAR_BEHIND, with_variance};
 use super::structure::Structure;
 use super::usual_amplitudes::UsualAmplitudes;
 use crate::damping::Damping;
@@ -105,7 +105,7 @@ impl TrackFit {
 
     /// A fit whose uncertainties of recordings are noise's alone, with what hypotheses that might as well hold make of them.
     pub(super) fn among(mut self, between: BetweenHypotheses) -> Self {
-        let with = |found: &mut Estimate, more: f64| found.sigma = found.sigma.hypot(more.sqrt());
+        let with = |found: &mut Estimate, more: f64| *found = with_variance(*found, more);
         let mean_m_per_s = self.striker_velocity_m_per_s.value;
         for (r, one) in self.recordings.iter_mut().enumerate() {
             let more = between.of_recording(r, mean_m_per_s);

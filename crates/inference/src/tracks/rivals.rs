@@ -1,5 +1,6 @@
 //! Hypotheses that might hold as well as what is believed, and what the choice between them does to the results.
 
+use chainwave_measurement::Estimate;
 use nalgebra::DVector;
 
 use super::hypothesis::Hypothesis;
@@ -128,6 +129,11 @@ impl BetweenHypotheses {
             self.variance(|shift| shift.about_mean(recording)[1]),
         ]
     }
+}
+
+/// An estimate whose error has so much more variance.
+pub(super) fn with_variance(found: Estimate, more: f64) -> Estimate {
+    Estimate::new(found.value, found.sigma.hypot(more.sqrt()))
 }
 
 #[cfg(test)]

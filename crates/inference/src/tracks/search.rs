@@ -10,7 +10,7 @@ use super::model::TrackModel;
 use super::outcome::{FittedRecording, TrackFit};
 use super::profile::interval_95;
 use super::residuals::{TrackResiduals, degrees_of_freedom};
-use super::rivals::{BetweenHypotheses, Rivals};
+use super::rivals::{BetweenHypotheses, Rivals, with_variance};
 use super::selection::{Fit, explained, freed};
 use super::structure::Structure;
 use super::usual_amplitudes::UsualAmplitudes;
@@ -229,10 +229,7 @@ fn finish(
             scatter_ratio: (squares / degrees_of_freedom.max(1.0)).sqrt(),
         }
     };
-    let factor = |i: usize| {
-        let by_noise = of_shared(i);
-        Estimate::new(by_noise.value, by_noise.sigma.hypot(between.of_shared(i).sqrt()))
-    };
+    let factor = |i: usize| with_variance(of_shared(i), between.of_shared(i));
     let fit = TrackFit {
         damping,
         by_noise,
