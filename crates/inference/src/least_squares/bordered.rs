@@ -8,7 +8,7 @@ mod joint;
 mod shared;
 mod tie;
 
-use nalgebra::{DMatrix, DVector, Matrix2, SymmetricEigen, Vector2};
+use nalgebra::{DMatrix, DVector, Dyn, Matrix2, OMatrix, SymmetricEigen, U2, Vector2};
 
 use block::Eliminated;
 pub(crate) use block::{Block, RestSums, Row};
@@ -182,6 +182,21 @@ impl Reduced {
     /// Which of the ties a recording belongs to.
     fn tie_of(&self, recording: usize) -> Option<usize> {
         self.ties.iter().position(|tie| tie.recordings().contains(&recording))
+    }
+
+    /// The tie of a recording, if it has one, and the derivatives of its own unknowns by the amplitudes of the tie.
+    fn own_by_errors(&self, recording: usize) -> Option<(usize, OMatrix<f64, U2, Dyn>)> {
+        let tie = self.tie_of(recording)?;
+        Some((tie, self.recordings[recording].own_by_errors(self.ties[tie].n_errors())))
+    }
+
+    /// The derivatives of a recording's own unknowns by the shared ones, with which the amplitudes go.
+    fn own_by_shared(&self, recording: usize) -> OMatrix<f64, U2, Dyn> {
+        let alone = self.recordings[recording].own_by_shared();
+        match self.own_by_errors(recording) {
+            None => alone,
+            Some((tie, by_errors)) => alone + by_errors * self.ties[tie].by_shared(),
+        }
     }
 
     /// Steps of all recordings' own unknowns that go with a step of the shared ones.

@@ -3,7 +3,6 @@
 use nalgebra::{DMatrix, Dyn, Matrix2, OMatrix, U2};
 
 use super::Reduced;
-use super::block::Eliminated;
 
 /// Covariances of the recordings' own unknowns.
 pub(crate) struct OwnCovariance {
@@ -24,12 +23,9 @@ impl OwnCovariance {
         let n_shared = shared.nrows();
         let ties: Vec<Option<usize>> = (0..recordings.len()).map(|r| reduced.tie_of(r)).collect();
         let by_errors = |r: usize, tie: usize| recordings[r].own_by_errors(reduced.ties[tie].n_errors());
-        // The amplitudes go with the shared unknowns, and have errors of their own beside.
-        let by_shared = |(r, recording): (usize, &Eliminated)| match ties[r] {
-            None => recording.own_by_shared(),
-            Some(tie) => recording.own_by_shared() + by_errors(r, tie) * reduced.ties[tie].by_shared(),
-        };
-        let by_shared: Vec<OMatrix<f64, U2, Dyn>> = recordings.iter().enumerate().map(by_shared).collect();
+        // The amplitudes have errors of their own beside what goes with the shared unknowns.
+        let by_shared: Vec<OMatrix<f64, U2, Dyn>> =
+            (0..recordings.len()).map(|r| reduced.own_by_shared(r)).collect();
         let mut mean = OMatrix::<f64, U2, Dyn>::zeros(n_shared);
         by_shared.iter().for_each(|one| mean += one / n);
         let carried = |by: &OMatrix<f64, U2, Dyn>| by * shared * by.transpose();

@@ -47,17 +47,10 @@ impl JointCovariance {
     /// Of unknowns the shared ones of which have the given covariance.
     pub(crate) fn of(reduced: &Reduced, shared: &DMatrix<f64>) -> Self {
         let n_shared = shared.nrows();
-        let of_recording = |r: usize| {
-            let recording = &reduced.recordings[r];
-            let by_errors =
-                reduced.tie_of(r).map(|tie| (tie, recording.own_by_errors(reduced.ties[tie].n_errors())));
-            let by_shared = match &by_errors {
-                None => recording.own_by_shared(),
-                Some((tie, by_errors)) => {
-                    recording.own_by_shared() + by_errors * reduced.ties[*tie].by_shared()
-                }
-            };
-            OfRecording { own: recording.own_inverse, by_shared, by_errors }
+        let of_recording = |r: usize| OfRecording {
+            own: reduced.recordings[r].own_inverse,
+            by_shared: reduced.own_by_shared(r),
+            by_errors: reduced.own_by_errors(r),
         };
         let recordings: Vec<OfRecording> = (0..reduced.recordings.len()).map(of_recording).collect();
         let ties: Vec<OfTie> = reduced
