@@ -90,4 +90,5 @@ pub use spectrum::{
     DominantFrequency, GapSpectrum, LocalResonance, TailSpectrum, dominant_frequency, tail_spectrum,
 };
 pub use strain::{StrainMap, exact_motion, normalised_residuals, strain_map};
+pub use summit::summit;
 pub use velocity::{GroupVelocity, Reflection, one_speed_rule};

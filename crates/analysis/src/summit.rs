@@ -8,7 +8,7 @@ const MAX_PLACES: usize = 60;
 /// The place between `low` and `high` where a function that rises to one maximum there is highest, to the `tolerance`, beginning at `start`: by
 /// parabolas through the three highest places, and golden sections where these do not close in (R. P. Brent, Algorithms for Minimization without
 /// Derivatives (1973), chapter 5). `None` where the function is not known at a place that it asks for.
-pub(crate) fn summit(
+pub fn summit(
     function: impl Fn(f64) -> Option<f64>,
     [mut low, mut high]: [f64; 2],
     start: f64,

@@ -11,29 +11,19 @@ use crate::error::Error;
 /// Reads a configuration in TOML, in any encoding that editors write; a message points at the line.
 ///
 /// # Errors
-/// A file that cannot be read, that is no text, or whose text is no such configuration.
+/// A file that cannot be read, that is no text, or whose text is no such configuration; a number that is not finite.
 pub fn read_toml<T: DeserializeOwned>(path: &Path) -> Result<T, Error> {
-    parsed(path, &read_text(path)?)
+    parse_toml(path, &read_text(path)?)
 }
 
 /// The configuration of a text; `path` is where that was read.
 ///
 /// # Errors
-/// A text that is no such configuration.
+/// A text that is no such configuration; a number that is not finite.
 pub fn parse_toml<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, Error> {
-    let parsed = parsed(path, text)?;
-    match not_finite(text) {
-        None => Ok(parsed),
-        Some(message) => Err(Error::Configuration { path: path.to_owned(), message }),
-    }
-}
-
-fn parsed<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, Error> {
-    let wrong = |error: toml::de::Error| Error::Configuration {
-        path: path.to_owned(),
-        message: without_type_names(&error.to_string()),
-    };
-    toml::from_str(text).map_err(wrong)
+    let wrong = |message| Error::Configuration { path: path.to_owned(), message };
+    let parsed = toml::from_str(text).map_err(|error| wrong(without_type_names(&error.to_string())))?;
+    not_finite(text).map_or(Ok(parsed), |message| Err(wrong(message)))
 }
 
 /// What is said of the first key whose value is `nan` or `inf`, which TOML knows and no quantity is.

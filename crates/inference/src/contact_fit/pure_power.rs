@@ -2,6 +2,7 @@
 //!
 //! The law's k_0 then goes to zero or without end as delta_0 goes to zero, so that no best one is found; the power is told all the same.
 
+use chainwave_analysis::summit;
 use chainwave_measurement::Estimate;
 
 use super::curve::Curve;
@@ -12,25 +13,16 @@ use super::law::EXPONENTS;
 const EXPLAINED: f64 = 1.5;
 /// The same over the largest force, of a curve without noise: what the search for the exponent leaves.
 const EXACT: f64 = 1e-6;
-/// Golden sections of the range of exponents, which leave 1e-9 of it.
-const N_GOLDEN_STEPS: usize = 44;
+/// Of the exponent: near its least a sum of squares differs by less than its rounding within some 1e-8 of the place.
+const TOLERANCE: f64 = 1e-9;
 /// Step in p over which the sum of squares tells its curvature.
 const STEP: f64 = 1e-3;
 
 /// What a curve has to say for itself for which no law with an offset was found, where a power of the overlap explains it.
 pub(super) fn without_offset(curve: &Curve, start_m: f64) -> Option<ContactFitError> {
     let sum_at = |p: f64| fitted(curve, start_m, p).1;
-    let (mut low, mut high) = EXPONENTS;
-    let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
-    for _ in 0..N_GOLDEN_STEPS {
-        let [left, right] = [high - golden * (high - low), low + golden * (high - low)];
-        if sum_at(left) < sum_at(right) {
-            high = right;
-        } else {
-            low = left;
-        }
-    }
-    let p = 0.5 * (low + high);
+    let (low, high) = EXPONENTS;
+    let p = summit(|p| Some(-sum_at(p)), [low, high], 0.5 * (low + high), TOLERANCE)?;
     let (a, sum) = fitted(curve, start_m, p);
     let noise_n = (sum / (curve.len() as f64 - 2.0)).sqrt();
     let largest_n = curve.force_n.iter().fold(0.0_f64, |most, force| most.max(force.abs()));

@@ -75,12 +75,17 @@ pub(super) fn cost_of_a_cause(n_free: usize) -> f64 {
     n_free as f64 * (SIGMAS_OF_A_CAUSE * SIGMAS_OF_A_CAUSE).ln_1p() - 2.0 * ODDS_OF_A_CAUSE.ln()
 }
 
+/// Minus twice the logarithm of the odds of a cause that frees so many numbers against the model without it, beside which it lowers chi squared by
+/// so many times the variance of what is left over: the ratio of the two likelihoods, over a normal distribution of its quantities.
+pub(super) fn cause_behind_none(n_free: usize, fall: f64) -> f64 {
+    let width2 = SIGMAS_OF_A_CAUSE * SIGMAS_OF_A_CAUSE;
+    cost_of_a_cause(n_free) - width2 / (1.0 + width2) * fall
+}
+
 impl Directed {
-    /// Minus twice the logarithm of its odds against the model without it, what is left over having the variance `unit`: the ratio of the two
-    /// likelihoods, over a normal distribution of its quantities.
+    /// Minus twice the logarithm of its odds against the model without it, what is left over having the variance `unit`.
     pub(super) fn behind(&self, unit: f64) -> f64 {
-        let width2 = SIGMAS_OF_A_CAUSE * SIGMAS_OF_A_CAUSE;
-        cost_of_a_cause(self.n_free) - width2 / (1.0 + width2) * self.fall / unit
+        cause_behind_none(self.n_free, self.fall / unit)
     }
 
     /// Probability of such a fall or a larger one, were there noise alone of variance `unit` and nothing but one of `n` hypotheses to try.

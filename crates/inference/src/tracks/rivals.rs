@@ -9,10 +9,11 @@ use crate::least_squares::{Own, Unknowns};
 /// A hypothesis whose chi squared is farther behind the best one's than this is a thousand times less likely, and no rival.
 pub(super) const FAR_BEHIND: f64 = 14.0;
 
-/// Where another hypothesis that explains as much puts the unknowns.
+/// Where a hypothesis that might as well hold puts the unknowns.
 #[derive(Debug, Clone)]
 pub(super) struct Rival {
-    pub(super) hypothesis: Hypothesis,
+    /// `None` for the model without what is believed.
+    pub(super) hypothesis: Option<Hypothesis>,
     /// Those of the fit that it has too: the first ones of the shared, and all recordings' own.
     pub(super) at: Unknowns,
     /// How much less likely it is than what is believed: minus twice the logarithm of the odds.
@@ -26,23 +27,20 @@ pub(super) struct Rivals {
     pub(super) instead: Vec<Rival>,
     /// Beside all that is believed: not told, and not excluded.
     pub(super) beside: Vec<Rival>,
-    /// Where the model puts the unknowns as it is stated, where errors that readings share may feign what is believed beyond it.
-    pub(super) stated: Option<Unknowns>,
 }
 
 impl Rivals {
     /// How far each hypothesis puts the unknowns from where the best one has them, times the root of its likelihood: the sum of the squares of what
     /// these make of a result is its variance among hypotheses (the between-model variance of J. A. Hoeting et al., Statist. Sci. 14 (1999)
-    /// 382-417), about the best one's. Where errors that readings share may feign it, the stated model is as likely.
+    /// 382-417), about the best one's.
     pub(super) fn about(&self, at: &Unknowns) -> BetweenHypotheses {
         let all = || self.instead.iter().chain(&self.beside);
         // Counted from the likeliest, so that no weight is without bound.
         let least = all().map(|rival| rival.behind).fold(0.0, f64::min);
         let weight = |rival: &Rival| (0.5 * (least - rival.behind)).exp();
         let sum = (0.5 * least).exp() + all().map(weight).sum::<f64>();
-        let of_rivals = all().map(|rival| Shift::between(at, &rival.at, weight(rival) / sum));
-        let of_stated = self.stated.iter().map(|stated| Shift::between(at, stated, 0.5));
-        BetweenHypotheses { shifts: of_rivals.chain(of_stated).collect() }
+        let shift = |rival: &Rival| Shift::between(at, &rival.at, weight(rival) / sum);
+        BetweenHypotheses { shifts: all().map(shift).collect() }
     }
 }
 
@@ -152,7 +150,7 @@ mod tests {
         let best = at(&[3.0, 0.2, 1.0], &[[2.0, 0.0], [2.0, 1.0]]);
         // As likely as what is believed, and without the third of the shared unknowns; all impacts are later by 4, and the first striker faster by 0.4.
         let rival = Rival {
-            hypothesis: Hypothesis::OtherEnd,
+            hypothesis: Some(Hypothesis::OtherEnd),
             at: at(&[5.0, 0.2], &[[2.4, 4.0], [2.0, 5.0]]),
             behind: 0.0,
         };

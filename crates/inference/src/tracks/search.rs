@@ -240,7 +240,7 @@ fn finish(
         factors: PriorFactors::new(&fit.model.priors, N_DAMPINGS).found(factor),
         beyond: fit.beyond.clone(),
         found: asked.map(|(quantity, i)| (*quantity, of_shared(i))).collect(),
-        rivals: rivals.instead.iter().map(|rival| rival.hypothesis).collect(),
+        rivals: rivals.instead.iter().filter_map(|rival| rival.hypothesis).collect(),
         between: BetweenHypotheses::default(),
         as_stated: fit.as_stated.clone(),
         p_value_as_stated: fit.p_value_as_stated,

@@ -3,7 +3,7 @@
 
 use chainwave_measurement::Observation;
 
-use super::directed::{Directed, directed, hypothesis_rule};
+use super::directed::{Directed, cause_behind_none, directed, hypothesis_rule};
 use super::hypothesis::Hypothesis;
 use super::model::TrackModel;
 use super::residuals::{Residual, TrackResiduals, degrees_of_freedom};
@@ -99,21 +99,28 @@ pub(super) fn explained(observations: &[Observation], mut fit: Fit) -> (Fit, Riv
         let found =
             if asks && fit.beyond.len() < MOST { richer(observations, &mut fit, &told) } else { Vec::new() };
         let mut found = found.into_iter();
-        let Some((_, best)) = found.next() else {
+        let Some((believed, best)) = found.next() else {
             let is_feigned = may_be_feigned && !fit.beyond.is_empty();
             let is_little = (stated_cost - cost(&fit)) / unit(&fit) < FEIGNED_CHI_SQUARED;
-            let stated = (is_feigned && is_little).then_some(stated);
-            return (fit, Rivals { instead, beside: told.undecided, stated });
+            if is_feigned && is_little {
+                instead.retain(|rival: &Rival| rival.hypothesis.is_some());
+                instead.push(Rival { hypothesis: None, at: stated, behind: 0.0 });
+            }
+            return (fit, Rivals { instead, beside: told.undecided });
         };
         let unit = unit(&best);
-        instead = found
-            .map(|(hypothesis, other)| Rival {
-                hypothesis,
-                at: first_of(&other.minimum.at, n_stated),
-                behind: (cost(&other) - cost(&best)) / unit,
-            })
-            .filter(|rival: &Rival| rival.behind < FAR_BEHIND)
-            .collect();
+        let fall = (fit.minimum.chi_squared() - best.minimum.chi_squared()) / unit;
+        let without = Rival {
+            hypothesis: None,
+            at: first_of(&fit.minimum.at, n_stated),
+            behind: -cause_behind_none(believed.quantities().len(), fall),
+        };
+        let others = found.map(|(hypothesis, other)| Rival {
+            hypothesis: Some(hypothesis),
+            at: first_of(&other.minimum.at, n_stated),
+            behind: (cost(&other) - cost(&best)) / unit,
+        });
+        instead = std::iter::once(without).chain(others).filter(|rival| rival.behind < FAR_BEHIND).collect();
         let Fit { as_stated, p_value_as_stated, n_simulations, .. } = fit;
         fit = Fit { as_stated, p_value_as_stated, n_simulations, ..best };
     }
@@ -193,7 +200,7 @@ impl Told {
         let p_value = |one: &Directed| one.p_value(unit, found.len());
         let is_told = |one: &&Directed| hypothesis_rule().rejects(p_value(one));
         let rival = |one: &Directed| Rival {
-            hypothesis: one.hypothesis,
+            hypothesis: Some(one.hypothesis),
             at: one.at.clone(),
             behind: one.behind(unit),
         };
