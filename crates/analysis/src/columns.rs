@@ -20,12 +20,14 @@ pub(crate) enum Column {
     PeakStrainBend,
     EdgeTime,
     ParticleVelocity,
+    ParticleVelocityBend,
     Velocity,
     FirstThird,
     LastThird,
     Variation,
     OffLine,
     MeanParticleVelocity,
+    MeanParticleVelocityBend,
     HalfWidth,
     Energy,
     RelativeEnergy,
@@ -55,6 +57,16 @@ impl Columns {
 pub(crate) struct Scatter {
     values: Columns,
     replicas: Vec<Columns>,
+}
+
+/// Whether errors of gaps, in the standard deviations that noise gives them, are beyond chance in all of them together: by their mean square, or by
+/// their mean, as neighbours err alike. Neighbouring gaps share a body, and their noise half its variance with one sign or the other: that makes the
+/// mean square scatter by `sqrt(3 / n)` in place of `sqrt(2 / n)`, and a mean of strains by less than `1 / sqrt(n)`.
+pub(crate) fn are_told(in_sigmas: &[f64]) -> bool {
+    let n = in_sigmas.len() as f64;
+    let mean_square = in_sigmas.iter().map(|z| z * z).sum::<f64>() / n;
+    let mean = in_sigmas.iter().sum::<f64>() / n;
+    mean_square > 1.0 + DETECTION_SIGMAS * (3.0 / n).sqrt() || mean.abs() > DETECTION_SIGMAS / n.sqrt()
 }
 
 /// The standard uncertainty of which 1.96 reach as far as 95 % of some deviations; 0 of none.
@@ -112,9 +124,7 @@ impl Scatter {
         shown.map_or(0.0, excess)
     }
 
-    /// Whether an error that a column tells of each row is beyond chance in all of them together: by its mean square, or by its mean, as neighbours
-    /// err alike. Neighbouring rows share a body, and their noise half its variance with the sign turned: that makes the mean square scatter
-    /// by `sqrt(3 / n)` in place of `sqrt(2 / n)`, and the mean by less than `1 / sqrt(n)`.
+    /// Whether an error that a column tells of each row is beyond chance in all of them together ([`are_told`]).
     pub(crate) fn is_told_by_all(&self, error: Column) -> bool {
         if self.replicas.is_empty() {
             return false;
@@ -126,11 +136,7 @@ impl Scatter {
                 .filter(|error| error.sigma > 0.0)
                 .map(|error| error.value / error.sigma)
         };
-        let found: Vec<f64> = rows.filter_map(in_sigmas).collect();
-        let n = found.len() as f64;
-        let mean_square = found.iter().map(|z| z * z).sum::<f64>() / n;
-        let mean = found.iter().sum::<f64>() / n;
-        mean_square > 1.0 + DETECTION_SIGMAS * (3.0 / n).sqrt() || mean.abs() > DETECTION_SIGMAS / n.sqrt()
+        are_told(&rows.filter_map(in_sigmas).collect::<Vec<f64>>())
     }
 
     /// The same for a quantity that noise shifts on average: what the replicas lie off the motion's value on average is taken off it

@@ -105,6 +105,12 @@ fn powers_of(z: f64) -> Powers {
     Powers::from([1.0, z, z2, z3, z2 * z2, z2 * z3, z3 * z3])
 }
 
+/// The derivatives of these.
+fn slopes_of_powers(z: f64) -> Powers {
+    let powers = powers_of(z);
+    Powers::from_fn(|power, _| power.checked_sub(1).map_or(0.0, |lower| power as f64 * powers[lower]))
+}
+
 /// The series between its samples, at a fractional index: the cubic through the two samples on each side, or the line
 /// through the nearest two where an outer one is missing.
 #[inline]
@@ -160,8 +166,7 @@ impl LocalPolynomial {
     /// quarters of them are present or they do not determine it.
     pub(crate) fn fit(series: &[Option<f64>], first: usize, last: usize) -> Option<Self> {
         let window = series.get(first..=last)?;
-        let centre = 0.5 * (first + last) as f64;
-        let half_width = (0.5 * (last - first) as f64).max(1.0);
+        let (centre, half_width) = centre_and_half_width(first, last);
         let points: Vec<(Powers, f64)> = (first..)
             .zip(window)
             .filter_map(|(at, value)| Some((powers_of((at as f64 - centre) / half_width), (*value)?)))
@@ -172,6 +177,15 @@ impl LocalPolynomial {
         let right = points.iter().fold(Powers::zeros(), |sum, (power, value)| sum + power * *value);
         let coefficients = normal.cholesky().filter(|_| enough)?.solve(&right);
         Some(Self { centre, half_width, coefficients })
+    }
+
+    /// The variance that independent noise of unit variance in each of the samples `first..=last` gives the slope of their polynomial.
+    pub(crate) fn variance_of_slope(first: usize, last: usize, place: f64) -> Option<f64> {
+        let (centre, half_width) = centre_and_half_width(first, last);
+        let powers = (first..=last).map(|at| powers_of((at as f64 - centre) / half_width));
+        let normal = powers.fold(Normal::zeros(), |sum, power| sum + power * power.transpose());
+        let slopes = slopes_of_powers((place - centre) / half_width) / half_width;
+        Some(slopes.dot(&normal.cholesky()?.solve(&slopes)))
     }
 
     /// Place (sample index) and value of the greatest interior maximum within the fitted window; `None` when the polynomial
@@ -217,6 +231,10 @@ impl LocalPolynomial {
         }
         0.5 * (low + high)
     }
+}
+
+fn centre_and_half_width(first: usize, last: usize) -> (f64, f64) {
+    (0.5 * (first + last) as f64, (0.5 * (last - first) as f64).max(1.0))
 }
 
 /// A sample for comparisons, where a missing one is lower than all others.

@@ -13,7 +13,7 @@ use crate::energy::{EnergyLaw, GapEnergy, PeakEnergies, drop_what_rest_may_hold,
 use crate::front::{FrontSettings, GapFront, LeadingPulse, NARROWEST, leading_pulses};
 use crate::half_width::{HalfWidth, MovingProfile, half_width_times, half_widths, without_jumps};
 use crate::line_test::line_test;
-use crate::particle::particle_velocities_m_per_s;
+use crate::particle::{ParticleVelocity, SlopeReach, particle_velocities};
 use crate::replicas::{Replicas, over_replicas};
 use crate::spacing::Spacing;
 use crate::spectrum::{LocalResonance, Maximum, TailSpectrum, TailTransform, tail_spectrum};
@@ -117,14 +117,14 @@ pub fn measure(
     let sigma = strain_sigma(motion, &settings.spacing);
     let map = strain_with_sigma(motion, &sigma, &settings.spacing);
     Ok(with_followed_peaks(motion, settings, |settings| {
-        let plan = Plan::new(&map, settings, energy_of);
+        let plan = Plan::new(motion, &map, settings, energy_of);
         let mut values = plan.apply(motion, &map);
         if let Some(energy_of) = energy_of {
             let seen = (&map, values.pulses.as_slice());
             drop_what_rest_may_hold(&mut values.energies, seen, energy_of, settings.front.significance);
         }
-        let replicas = of_replicas(motion, &sigma, settings, |noisy, map| plan.apply(noisy, map).columns());
-        let scatter = Scatter::new(values.columns(), replicas);
+        let replicas = of_replicas(motion, &sigma, settings, |noisy, map| plan.columns(noisy, map));
+        let scatter = Scatter::new(values.columns(plan.velocity_gaps.as_ref().ok()), replicas);
         (assemble(map.clone(), &plan, &values, &scatter), scatter)
     }))
 }
@@ -211,6 +211,7 @@ struct Plan<'a> {
     energy_of: Option<EnergyLaw<'a>>,
     velocity_gaps: Result<RangeInclusive<usize>, Missing>,
     half_width_times_s: Vec<f64>,
+    slope_reach: SlopeReach,
     spectrum: TailSpectrum,
     transform: TailTransform,
     /// The dominant maximum of the tails' spectra.
@@ -218,7 +219,12 @@ struct Plan<'a> {
 }
 
 impl<'a> Plan<'a> {
-    fn new(map: &StrainMap, settings: &'a MeasureSettings, energy_of: Option<EnergyLaw<'a>>) -> Self {
+    fn new(
+        motion: &ChainMotion,
+        map: &StrainMap,
+        settings: &'a MeasureSettings,
+        energy_of: Option<EnergyLaw<'a>>,
+    ) -> Self {
         let pulses = leading_pulses(map, &settings.front);
         // `Ok(None)` of an end that does not reflect; where one does, a reflection of which nothing is known may be anywhere.
         let reflection = match settings.end_reflects {
@@ -242,7 +248,22 @@ impl<'a> Plan<'a> {
         let half_width_times_s = speed.ok().zip(reflection.as_ref().ok()).map_or_else(Vec::new, times_s);
         let spectrum = tail_spectrum(map, &pulses);
         let (transform, resonance) = (TailTransform::of(map), Maximum::of(&spectrum));
-        Self { settings, energy_of, velocity_gaps, half_width_times_s, spectrum, transform, resonance }
+        let slope_reach = SlopeReach::following(motion, map, &pulses);
+        Self {
+            settings,
+            energy_of,
+            velocity_gaps,
+            half_width_times_s,
+            slope_reach,
+            spectrum,
+            transform,
+            resonance,
+        }
+    }
+
+    /// The values of a replica.
+    fn columns(&self, motion: &ChainMotion, map: &StrainMap) -> Columns {
+        self.apply(motion, map).columns(self.velocity_gaps.as_ref().ok())
     }
 
     fn apply(&self, motion: &ChainMotion, map: &StrainMap) -> PointValues {
@@ -263,27 +284,15 @@ impl<'a> Plan<'a> {
             found.moved_hz(|gap, bins| self.transform.of_gap(map, pulses.get(gap - 1)?, bins))
         };
         let resonance_hz = self.resonance.as_ref().ok().and_then(moved_hz);
-        let particles_m_per_s = particle_velocities_m_per_s(motion, map, &pulses);
-        let gaps = self.velocity_gaps.as_ref().ok();
-        let particle_m_per_s = gaps.and_then(|gaps| mean_within(&particles_m_per_s, gaps));
-        PointValues {
-            pulses,
-            particles_m_per_s,
-            particle_m_per_s,
-            speed,
-            half_widths_m,
-            energies,
-            resonance_hz,
-        }
+        let particles = particle_velocities(motion, map, &pulses, self.slope_reach);
+        PointValues { pulses, particles, speed, half_widths_m, energies, resonance_hz }
     }
 }
 
 /// Point values of everything that is measured.
 struct PointValues {
     pulses: Vec<Result<LeadingPulse, Missing>>,
-    particles_m_per_s: Vec<Option<f64>>,
-    /// Mean over the gaps of the group velocity.
-    particle_m_per_s: Option<f64>,
+    particles: Vec<Option<ParticleVelocity>>,
     speed: Result<SpeedFit, Missing>,
     half_widths_m: Vec<Option<f64>>,
     energies: Vec<Result<GapEnergy, Missing>>,
@@ -291,7 +300,10 @@ struct PointValues {
 }
 
 impl PointValues {
-    fn columns(&self) -> Columns {
+    fn columns(&self, velocity_gaps: Option<&RangeInclusive<usize>>) -> Columns {
+        let of_particles = |value: fn(&ParticleVelocity) -> Option<f64>| -> Vec<Option<f64>> {
+            self.particles.iter().map(|particle| particle.as_ref().and_then(value)).collect()
+        };
         let of_pulses = |value: fn(&LeadingPulse) -> Option<f64>| -> Vec<Option<f64>> {
             self.pulses.iter().map(|pulse| pulse.as_ref().ok().and_then(value)).collect()
         };
@@ -306,8 +318,13 @@ impl PointValues {
         columns.set(Column::LastThird, of_speed(|speed| speed.thirds_m_per_s.map(|thirds| thirds[1])));
         columns.set(Column::Variation, of_speed(SpeedFit::relative_variation));
         columns.set(Column::OffLine, of_speed(|speed| Some(speed.off_line())));
-        columns.set(Column::ParticleVelocity, self.particles_m_per_s.clone());
-        columns.set(Column::MeanParticleVelocity, vec![self.particle_m_per_s]);
+        let particles_m_per_s = of_particles(|particle| Some(particle.m_per_s));
+        let particle_bends_m_per_s = of_particles(|particle| particle.bend_m_per_s);
+        let mean_m_per_s = |of_gaps| velocity_gaps.and_then(|gaps| mean_within(of_gaps, gaps));
+        columns.set(Column::MeanParticleVelocity, vec![mean_m_per_s(&particles_m_per_s)]);
+        columns.set(Column::MeanParticleVelocityBend, vec![mean_m_per_s(&particle_bends_m_per_s)]);
+        columns.set(Column::ParticleVelocity, particles_m_per_s);
+        columns.set(Column::ParticleVelocityBend, particle_bends_m_per_s);
         columns.set(Column::HalfWidth, self.half_widths_m.clone());
         set_energies(&mut columns, &self.energies);
         columns.set(Column::Resonance, vec![self.resonance_hz]);
@@ -383,7 +400,9 @@ fn gap_front(row: usize, pulse: LeadingPulse, scatter: &Scatter) -> Result<GapFr
         peak_time_s: scatter.estimate_with(Column::PeakTime, Column::PeakTimeBend, row)?,
         peak_strain: scatter.estimate_with(Column::PeakStrain, Column::PeakStrainBend, row)?,
         edge_time_s: scatter.estimate(Column::EdgeTime, row).ok(),
-        particle_velocity_m_per_s: scatter.estimate(Column::ParticleVelocity, row).ok(),
+        particle_velocity_m_per_s: scatter
+            .estimate_with(Column::ParticleVelocity, Column::ParticleVelocityBend, row)
+            .ok(),
     })
 }
 
@@ -398,7 +417,9 @@ fn group_velocity(
         velocity_m_per_s: estimate(Column::Velocity)?,
         thirds_m_per_s: thirds.map(<[Estimate; 2]>::from),
         relative_variation: estimate(Column::Variation).ok(),
-        particle_velocity_m_per_s: estimate(Column::MeanParticleVelocity).ok(),
+        particle_velocity_m_per_s: scatter
+            .estimate_with(Column::MeanParticleVelocity, Column::MeanParticleVelocityBend, 0)
+            .ok(),
         residual_m: speed.residual_m,
         gaps: (*gaps.start(), *gaps.end()),
         n_gaps: speed.n_gaps,
