@@ -11,7 +11,7 @@ mod problem;
 mod step;
 
 pub(crate) use bordered::{
-    Block, JointCovariance, N_OWN, NormalEquations, Own, OwnCovariance, Reduced, RestSums, Row,
+    Block, JointCovariance, N_OWN, NormalEquations, Own, OwnCovariance, Profiled, Reduced, RestSums, Row,
     SharedProducts, Weights,
 };
 pub(crate) use problem::{Bounds, Failure, LeastSquares, Unknowns};

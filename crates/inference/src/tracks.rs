@@ -18,6 +18,7 @@ mod resistances;
 mod response;
 mod rivals;
 mod samples;
+mod scattered;
 mod search;
 mod selection;
 mod shared_errors;

@@ -5,6 +5,7 @@
 mod block;
 mod covariance;
 mod joint;
+mod profiled;
 mod shared;
 mod tie;
 
@@ -14,6 +15,7 @@ use block::Eliminated;
 pub(crate) use block::{Block, RestSums, Row};
 pub(crate) use covariance::OwnCovariance;
 pub(crate) use joint::{JointCovariance, Weights};
+pub(crate) use profiled::Profiled;
 pub(crate) use shared::SharedProducts;
 use tie::{Tie, TiedErrors};
 

@@ -14,6 +14,8 @@ pub struct OverTrials {
     pub sigma: f64,
     /// Degrees of freedom of that: few where the recordings of one view say most.
     pub degrees_of_freedom: f64,
+    /// The standard deviation of what all trials have in common: what the model's error, and the choice of a model, may do.
+    pub in_common: f64,
 }
 
 impl OverTrials {
@@ -21,15 +23,21 @@ impl OverTrials {
         student(Estimate::COVERAGE_95, self.degrees_of_freedom)
     }
 
-    /// The 95 % interval around a value, by Student's t.
+    /// The 95 % interval around a value, by Student's t for the scatter over trials.
     pub fn interval_95(&self, value: f64) -> (f64, f64) {
-        let half = self.factor_95() * self.sigma;
+        let half = Estimate::COVERAGE_95 * self.estimate(value).sigma;
         (value - half, value + half)
     }
 
     /// The estimate that has that interval.
     pub fn estimate(&self, value: f64) -> Estimate {
-        Estimate::new(value, self.factor_95() / Estimate::COVERAGE_95 * self.sigma)
+        let over_trials = self.factor_95() / Estimate::COVERAGE_95 * self.sigma;
+        Estimate::new(value, over_trials.hypot(self.in_common))
+    }
+
+    /// With so much more variance in common.
+    pub(super) fn widened(self, more: f64) -> Self {
+        Self { in_common: self.in_common.hypot(more.sqrt()), ..self }
     }
 }
 
@@ -59,7 +67,7 @@ pub(super) fn bootstrap(
         let sum: f64 = of_views.iter().map(|(_, variance)| variance).sum();
         let squares: f64 =
             of_views.iter().map(|(degrees_of_freedom, variance)| variance.powi(2) / degrees_of_freedom).sum();
-        OverTrials { sigma: sum.sqrt(), degrees_of_freedom: sum.powi(2) / squares }
+        OverTrials { sigma: sum.sqrt(), degrees_of_freedom: sum.powi(2) / squares, in_common: 0.0 }
     }))
 }
 

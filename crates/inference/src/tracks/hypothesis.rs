@@ -14,6 +14,8 @@ pub enum Hypothesis {
     ContactStiffness,
     /// All bodies are as much heavier or lighter than stated.
     BodyMass,
+    /// The struck body is heavier or lighter than stated, as what sets off the camera may be fixed to it.
+    StruckMass,
     /// The striker is heavier or lighter than stated.
     StrikerMass,
     /// The pictures' scale is another than stated.
@@ -58,9 +60,10 @@ const MOST_NUMBERS: usize = 320;
 
 impl Hypothesis {
     /// All, simple ones first.
-    pub const ALL: [Self; 16] = [
+    pub const ALL: [Self; 17] = [
         Self::ContactStiffness,
         Self::BodyMass,
+        Self::StruckMass,
         Self::StrikerMass,
         Self::Scale,
         Self::StrikerContact,
@@ -82,6 +85,7 @@ impl Hypothesis {
         match self {
             Self::ContactStiffness => "the contacts were of another stiffness than stated (contact.a)",
             Self::BodyMass => "all bodies had another mass than stated (chain.mass_kg)",
+            Self::StruckMass => "body 1 alone had another mass than stated (chain.mass_kg)",
             Self::StrikerMass => "the striker had another mass than stated (striker.mass_kg)",
             Self::Scale => "the pictures had another scale than stated (camera.scale_px_per_m)",
             Self::StrikerContact => "the striker's contact had a stiffness of its own",
@@ -106,6 +110,7 @@ impl Hypothesis {
         match self {
             Self::ContactStiffness => &[Quantity::Prefactor],
             Self::BodyMass => &[Quantity::BodyMass],
+            Self::StruckMass => &[Quantity::MassOfBody(1)],
             Self::StrikerMass => &[Quantity::StrikerMass],
             Self::ContactLaw => &[Quantity::Prefactor, Quantity::Softening],
             Self::Scale => &[Quantity::Scale],
@@ -171,6 +176,17 @@ impl Hypothesis {
 
     /// The model with what is no quantity without a prior.
     pub(super) fn applied(self, model: &TrackModel, asked: &[Quantity], bodies: &[usize]) -> TrackModel {
+        self.applied_with_at_most(MOST_NUMBERS, model, asked, bodies)
+    }
+
+    /// The same with so many numbers at most.
+    pub(super) fn applied_with_at_most(
+        self,
+        most: usize,
+        model: &TrackModel,
+        asked: &[Quantity],
+        bodies: &[usize],
+    ) -> TrackModel {
         let mut model = model.clone();
         match self {
             Self::OtherEnd => {
@@ -181,13 +197,17 @@ impl Hypothesis {
                 };
             }
             Self::DampingsScatter => {
-                model.priors.extend(scattered(bodies, UNSTATED_DAMPING_SCATTER, damping_of));
+                model.priors.extend(scattered(bodies, most, UNSTATED_DAMPING_SCATTER, damping_of));
             }
-            Self::MassesScatter => model.priors.extend(scattered(bodies, UNSTATED_MASS_SCATTER, mass_of)),
+            Self::MassesScatter => {
+                let is_open = |body: &&usize| !asked.contains(&Quantity::MassOfBody(**body));
+                let bodies: Vec<usize> = bodies.iter().filter(is_open).copied().collect();
+                model.priors.extend(scattered(&bodies, most, UNSTATED_MASS_SCATTER, mass_of));
+            }
             Self::StiffnessScatters => {
                 let last = bodies.last().copied().unwrap_or(0).min(model.chain.n_bodies().saturating_sub(1));
                 let gaps: Vec<usize> = (1..=last).collect();
-                model.priors.extend(scattered(&gaps, UNSTATED_STIFFNESS_SCATTER, stiffness_of));
+                model.priors.extend(scattered(&gaps, most, UNSTATED_STIFFNESS_SCATTER, stiffness_of));
                 // The striker meets body 1 in a contact like the others.
                 let is_prior = |prior: &Prior| prior.quantity == Quantity::StrikerContact;
                 if !asked.contains(&Quantity::StrikerContact) && !model.priors.iter().any(is_prior) {
@@ -210,10 +230,11 @@ impl Hypothesis {
 /// by less.
 fn scattered(
     numbers: &[usize],
+    most: usize,
     scatter: f64,
     quantity: impl Fn(&Neighbours) -> Quantity,
 ) -> impl Iterator<Item = Prior> {
-    Neighbours::of(numbers, MOST_NUMBERS).into_iter().map(move |group| Prior {
+    Neighbours::of(numbers, most).into_iter().map(move |group| Prior {
         quantity: quantity(&group),
         relative_sigma: scatter / (group.n as f64).sqrt(),
     })

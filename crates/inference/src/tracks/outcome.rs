@@ -27,7 +27,8 @@ pub struct TrackFit {
     /// 95 % intervals of c_d and c_s by profile likelihood.
     pub intervals_95: [Interval; 2],
     /// How c_d and c_s scatter over recordings drawn anew with replacement, view by view: with the differences between trials in it
-    /// that the model leaves out, but known only as well as so few trials tell it. `None` where a view has a single recording.
+    /// that the model leaves out, but known only as well as so few trials tell it; and what the model's error may do to all trials alike. `None` where a
+    /// view has a single recording.
     pub bootstrap: Option<[OverTrials; 2]>,
     /// Starting points whose search ended at this minimum, and all of them.
     pub starts: (usize, usize),
@@ -142,8 +143,9 @@ impl TrackFit {
             [c_d.value, c_s.value]
         };
         let ([c_d, c_s], [other_c_d, other_c_s]) = (values(&self), values(other));
-        let damping =
-            self.damping.widened([weight * (other_c_d - c_d).powi(2), weight * (other_c_s - c_s).powi(2)]);
+        let more = [weight * (other_c_d - c_d).powi(2), weight * (other_c_s - c_s).powi(2)];
+        let damping = self.damping.widened(more);
+        let bootstrap = self.bootstrap.map(|found| std::array::from_fn(|i| found[i].widened(more[i])));
         let [of_c_d, of_c_s] = damping.sigmas_over(&self.damping);
         let [in_c_d, in_c_s] = self.intervals_95;
         let intervals_95 = [in_c_d.widened(c_d, of_c_d), in_c_s.widened(c_s, of_c_s)];
@@ -152,7 +154,7 @@ impl TrackFit {
         // A fit without usual errors takes them for zero.
         let usual = other.usual_amplitudes.less(&self.usual_amplitudes);
         let between = BetweenHypotheses::of_recordings([self.own(), other.own()], &usual, weight);
-        Self { damping, intervals_95, rivals, ..self }.among(between)
+        Self { damping, bootstrap, intervals_95, rivals, ..self }.among(between)
     }
 
     /// Whether its dampings may be believed: the model leaves nothing but noise, or what it leaves over cannot make c_d by itself (c_d is told

@@ -27,6 +27,8 @@ pub(super) struct Rivals {
     pub(super) instead: Vec<Rival>,
     /// Beside all that is believed: not told, and not excluded.
     pub(super) beside: Vec<Rival>,
+    /// What bodies that are not quite alike would make of the unknowns.
+    pub(super) scattered: Vec<Shift>,
 }
 
 impl Rivals {
@@ -40,7 +42,7 @@ impl Rivals {
         let weight = |rival: &Rival| (0.5 * (least - rival.behind)).exp();
         let sum = (0.5 * least).exp() + all().map(weight).sum::<f64>();
         let shift = |rival: &Rival| Shift::between(at, &rival.at, weight(rival) / sum);
-        BetweenHypotheses { shifts: all().map(shift).collect() }
+        BetweenHypotheses { shifts: all().map(shift).chain(self.scattered.iter().cloned()).collect() }
     }
 }
 
@@ -60,13 +62,17 @@ pub(super) struct Shift {
 }
 
 impl Shift {
+    /// By so much, of the unknowns that all recordings share and of each one's own.
+    pub(super) fn by(shared: Vec<f64>, own: Vec<Own>) -> Self {
+        Self { shared, own, usual: DVector::zeros(0) }
+    }
+
     fn between(at: &Unknowns, other: &Unknowns, likelihood: f64) -> Self {
         let root = likelihood.sqrt();
-        Self {
-            shared: at.shared.iter().zip(&other.shared).map(|(here, there)| root * (there - here)).collect(),
-            own: at.own.iter().zip(&other.own).map(|(here, there)| root * (there - here)).collect(),
-            usual: DVector::zeros(0),
-        }
+        Self::by(
+            at.shared.iter().zip(&other.shared).map(|(here, there)| root * (there - here)).collect(),
+            at.own.iter().zip(&other.own).map(|(here, there)| root * (there - here)).collect(),
+        )
     }
 
     /// What it makes of a recording's striker, in metres per second, and impact, in seconds, less the mean of all.
@@ -90,6 +96,10 @@ impl Shift {
 }
 
 impl BetweenHypotheses {
+    pub(super) fn of_shifts(shifts: Vec<Shift>) -> Self {
+        Self { shifts }
+    }
+
     /// What a fit with such strikers and impacts in place of `here`, and such other usual errors, makes of them, of such a likelihood.
     pub(super) fn of_recordings([here, there]: [Vec<Own>; 2], usual: &DVector<f64>, likelihood: f64) -> Self {
         let [at, other] = [here, there].map(|own| Unknowns { shared: DVector::zeros(0), own });

@@ -4,7 +4,7 @@ use chainwave_measurement::{Estimate, Observation};
 use nalgebra::DMatrix;
 
 use super::bootstrap::bootstrap;
-use super::discrepancy::discrepancy;
+use super::discrepancy::{Discrepancy, discrepancy};
 use super::hypothesis::Hypothesis;
 use super::model::TrackModel;
 use super::outcome::{FittedRecording, TrackFit};
@@ -203,11 +203,11 @@ fn finish(
     let of_mean = |k: usize| estimate(mean[k], errors.of_mean[(k, k)]);
     let by_noise = damping_of(at, &covariance, inflation);
     let missed = match fit.structure.is_noise_alone() {
-        true => [0.0; N_DAMPINGS],
+        true => Discrepancy::default(),
         false => discrepancy(problem, minimum, &fit.residuals, inflation * inflation)?,
     };
     let between = rivals.about(at);
-    let more: [f64; N_DAMPINGS] = std::array::from_fn(|i| missed[i] + between.of_shared(i));
+    let more: [f64; N_DAMPINGS] = std::array::from_fn(|i| missed.of_dampings[i] + between.of_shared(i));
     let damping = by_noise.widened(more);
     let wider = damping.sigmas_over(&by_noise);
     let interval = |i: usize| {
@@ -235,7 +235,8 @@ fn finish(
         by_noise,
         stated,
         intervals_95,
-        bootstrap: bootstrap(problem.observations, &reduced, &covariance),
+        bootstrap: bootstrap(problem.observations, &reduced, &covariance)
+            .map(|found| std::array::from_fn(|i| found[i].widened(more[i]))),
         starts: (n_same, STARTS.len()),
         factors: PriorFactors::new(&fit.model.priors, N_DAMPINGS).found(factor),
         beyond: fit.beyond.clone(),
@@ -256,7 +257,7 @@ fn finish(
         n_residuals: problem.n_residuals,
         n_simulations: fit.n_simulations + problem.n_simulations(),
     };
-    Ok(fit.among(between))
+    Ok(fit.among(between.and(missed.of_recordings)))
 }
 
 pub(super) fn damping_of(at: &Unknowns, covariance: &DMatrix<f64>, inflation: f64) -> Damping {

@@ -7,7 +7,8 @@ use super::directed::{Directed, cause_behind_none, directed, hypothesis_rule};
 use super::hypothesis::Hypothesis;
 use super::model::TrackModel;
 use super::residuals::{Residual, TrackResiduals, degrees_of_freedom};
-use super::rivals::{FAR_BEHIND, Rival, Rivals};
+use super::rivals::{FAR_BEHIND, Rival, Rivals, Shift};
+use super::scattered::scattered;
 use super::structure::{Fitted, Structure};
 use crate::damping::N_DAMPINGS;
 use crate::error::FitError;
@@ -106,7 +107,8 @@ pub(super) fn explained(observations: &[Observation], mut fit: Fit) -> (Fit, Riv
                 instead.retain(|rival: &Rival| rival.hypothesis.is_some());
                 instead.push(Rival { hypothesis: None, at: stated, behind: 0.0 });
             }
-            return (fit, Rivals { instead, beside: told.undecided });
+            let scattered = of_scatter(observations, &mut fit);
+            return (fit, Rivals { instead, beside: told.undecided, scattered });
         };
         let unit = unit(&best);
         let fall = (fit.minimum.chi_squared() - best.minimum.chi_squared()) / unit;
@@ -124,6 +126,17 @@ pub(super) fn explained(observations: &[Observation], mut fit: Fit) -> (Fit, Riv
         let Fit { as_stated, p_value_as_stated, n_simulations, .. } = fit;
         fit = Fit { as_stated, p_value_as_stated, n_simulations, ..best };
     }
+}
+
+/// What bodies that are not quite alike may do to a fit that leaves noise alone.
+fn of_scatter(observations: &[Observation], fit: &mut Fit) -> Vec<Shift> {
+    if fit.structure.is_told() {
+        return Vec::new();
+    }
+    let (shifts, n_simulations) =
+        scattered(observations, (&fit.model, &fit.asked), &fit.minimum.at, unit(fit)).unwrap_or_default();
+    fit.n_simulations += n_simulations;
+    shifts
 }
 
 /// Values of a richer model's unknowns without those of the shared ones that stand behind the first `n`.
