@@ -58,9 +58,9 @@ pub use imposed::{ImposedFit, ImposedModel, fit_imposed};
 pub use quantity::{Prior, Quantity};
 pub use released::{ReleasedFit, ReleasedModel, fit_release};
 pub use tracks::{
-    AlignedMotion, BetweenHypotheses, FittedRecording, Hypothesis, Interval, ODDS_OF_A_CAUSE, OverTrials,
-    Reached, SIGMAS_OF_A_CAUSE, Structure, TrackFit, TrackModel, UNSTATED_MASS_SCATTER,
-    UNSTATED_STIFFNESS_SCATTER, UsualAmplitudes, aligned_motion, fit_tracks, fitted_chain, fitted_motion,
-    hypothesis_rule, reached, scatter_of_bodies, scatter_of_bodies_rule, softening, softening_rule,
-    stated_damping, structure_rule,
+    AlignedMotion, BetweenHypotheses, FittedRecording, Hypothesis, Interval, ODDS_OF_A_CAUSE,
+    ODDS_OF_SCATTER, OverTrials, Reached, SIGMAS_OF_A_CAUSE, Structure, TrackFit, TrackModel,
+    UNSTATED_MASS_SCATTER, UNSTATED_STIFFNESS_SCATTER, UsualAmplitudes, aligned_motion, fit_tracks,
+    fitted_chain, fitted_motion, hypothesis_rule, reached, scatter_of_bodies, scatter_of_bodies_rule,
+    softening, softening_rule, stated_damping, structure_rule,
 };

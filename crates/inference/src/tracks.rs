@@ -48,6 +48,7 @@ pub use outcome::{FittedRecording, TrackFit};
 pub use profile::Interval;
 pub use reached::{Reached, reached};
 pub use rivals::BetweenHypotheses;
+pub use scattered::ODDS_OF_SCATTER;
 pub use structure::{Structure, structure_rule};
 pub use usual_amplitudes::UsualAmplitudes;
 

@@ -48,6 +48,8 @@ pub struct ChainBeyondModel {
     pub striker_contact: f64,
     /// Factor on the mass of every second body.
     pub every_second: f64,
+    /// Factor on the mass of body 1.
+    pub struck_body: f64,
     /// Relative standard deviation of masses from body to body.
     pub mass_scatter: f64,
     /// The same of the stiffness from gap to gap.
@@ -64,6 +66,8 @@ pub struct ChainBeyondModel {
     pub damping_scatter: f64,
     /// Whether a wall holds the last body.
     pub is_held: bool,
+    /// Share of a contact's force that is missing while it opens.
+    pub hysteresis: f64,
     /// Exponent that is added to the contact law's.
     pub exponent_added: f64,
     /// Noise of one reading, in metres.
@@ -79,6 +83,7 @@ impl ChainBeyondModel {
         scale: 1.0,
         striker_contact: 1.0,
         every_second: 1.0,
+        struck_body: 1.0,
         mass_scatter: 0.0,
         stiffness_scatter: 0.0,
         damping_between_kg_per_s: 0.0,
@@ -87,6 +92,7 @@ impl ChainBeyondModel {
         damping_grade: 0.0,
         damping_scatter: 0.0,
         is_held: false,
+        hysteresis: 0.0,
         exponent_added: 0.0,
         noise_m: 4e-7,
     };
@@ -95,7 +101,7 @@ impl ChainBeyondModel {
     const NOISY: Self = Self { noise_m: 2e-6, ..Self::AS_STATED };
 
     /// The chains of the proof: sound, wrong by a little, wrong by much, and two things wrong at once.
-    pub const ALL: [Self; 22] = [
+    pub const ALL: [Self; 25] = [
         Self::AS_STATED,
         Self { name: "dry friction of 0.3 mN", friction_n: 3e-4, ..Self::AS_STATED },
         Self { name: "dry friction of 0.03 mN", friction_n: 3e-5, ..Self::AS_STATED },
@@ -114,6 +120,9 @@ impl ChainBeyondModel {
         Self { name: "a wall at the far end", is_held: true, ..Self::AS_STATED },
         Self { name: "p 0.3 % off", exponent_added: 0.114 * 0.003, ..Self::AS_STATED },
         Self { name: "friction, and A 0.15 % off", friction_n: 3e-4, stiffness: 1.0015, ..Self::AS_STATED },
+        Self { name: "body 1 0.05 % heavier", struck_body: 1.0005, ..Self::AS_STATED },
+        Self { name: "masses scatter by 0.01 %", mass_scatter: 1e-4, ..Self::AS_STATED },
+        Self { name: "contacts open with 1 % less force", hysteresis: 0.01, ..Self::AS_STATED },
         Self { name: "noise of 2 um", ..Self::NOISY },
         Self { name: "noise of 2 um, dry friction of 0.03 mN", friction_n: 3e-5, ..Self::NOISY },
         Self { name: "noise of 2 um, dry friction of 0.01 mN", friction_n: 1e-5, ..Self::NOISY },
@@ -183,7 +192,11 @@ fn filmed(truth: &ChainBeyondModel, seed: u64) -> Result<Vec<Observation>, FitEr
         damping_kg_per_s: vec![0.0],
     };
     for body in 0..N_BODIES {
-        let pattern = if body % 2 == 1 { truth.every_second } else { 1.0 };
+        let pattern = match body {
+            0 => truth.struck_body,
+            body if body % 2 == 1 => truth.every_second,
+            _ => 1.0,
+        };
         bodies.mass_kg.push(BODY_KG * pattern * (1.0 + normal(truth.mass_scatter)));
         bodies.stiffness.push(truth.stiffness * (1.0 + normal(truth.stiffness_scatter)));
     }
@@ -272,7 +285,8 @@ impl Bodies {
             let next = mass + 1;
             let (x_next_m, v_next) = if next < n { (x_m[next], v_m_per_s[next]) } else { (0.0, 0.0) };
             let (overlap_m, closing) = (x_m[mass] - x_next_m, v_m_per_s[mass] - v_next);
-            let spring_n = self.stiffness[mass] * self.law.force_n(overlap_m);
+            let lost = if closing < 0.0 { self.truth.hysteresis } else { 0.0 };
+            let spring_n = (1.0 - lost) * self.stiffness[mass] * self.law.force_n(overlap_m);
             let behind_n = match mass {
                 0 if overlap_m < 0.0 => 0.0,
                 0 => (spring_n + C_S_KG_PER_S * closing).max(0.0),

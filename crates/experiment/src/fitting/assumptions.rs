@@ -1,7 +1,7 @@
 //! What the evaluation takes to be so where neither the experiment nor its recordings tell it.
 
 use chainwave_inference::{
-    ODDS_OF_A_CAUSE, SIGMAS_OF_A_CAUSE, UNSTATED_MASS_SCATTER, UNSTATED_STIFFNESS_SCATTER,
+    ODDS_OF_A_CAUSE, ODDS_OF_SCATTER, SIGMAS_OF_A_CAUSE, UNSTATED_MASS_SCATTER, UNSTATED_STIFFNESS_SCATTER,
 };
 use chainwave_stitching::{Assumption, Stitched};
 
@@ -32,7 +32,9 @@ pub(crate) fn assumed_by_fits(
     let masses = experiment.chain.mass_scatter.is_none().then(scatter_of_masses);
     let stiffness = experiment.contact.stiffness_scatter.is_none().then(scatter_of_stiffness);
     let scale = is_untold.then(scale_of_drives);
-    [Some(start()), scale, masses, stiffness, Some(causes())].into_iter().flatten()
+    [Some(start()), scale, masses, stiffness, Some(causes()), Some(bodies_hardly_alike())]
+        .into_iter()
+        .flatten()
 }
 
 fn start() -> Assumption {
@@ -73,6 +75,16 @@ fn scatter_of_stiffness() -> Assumption {
         in_words: format!("by {} % (contact.stiffness_scatter)", 100.0 * UNSTATED_STIFFNESS_SCATTER),
         decides: "how large each gap's own stiffness may be when structure in the tracks is explained by contacts that differ",
         reason: "wide beside the 5 % of printed cylinders",
+    }
+}
+
+fn bodies_hardly_alike() -> Assumption {
+    Assumption {
+        of: "assumed: how likely masses or contacts scatter by as little as the tracks do not tell",
+        value: ODDS_OF_SCATTER,
+        in_words: format!("odds of {ODDS_OF_SCATTER} against bodies that are alike"),
+        decides: "how much bodies that are not quite alike widen the sigmas of the damping, the strikers and the triggers",
+        reason: "no two bodies are alike, and by how much they differ is not known",
     }
 }
 

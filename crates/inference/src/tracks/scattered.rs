@@ -18,8 +18,8 @@ use crate::quantity::Quantity;
 
 /// What may scatter.
 const KINDS: [Hypothesis; 2] = [Hypothesis::MassesScatter, Hypothesis::StiffnessScatters];
-/// How likely it is beforehand that one of them scatters by as much as a fit could notice.
-const ODDS: f64 = 1.0;
+/// How likely it is beforehand that one of them scatters by as much as a fit could notice, against bodies that are alike.
+pub const ODDS_OF_SCATTER: f64 = 1.0;
 /// Numbers of one kind at most: in longer chains neighbours share one, whose mean scatters by less.
 const MOST_NUMBERS: usize = 32;
 /// How wide a scatter is tried, over the widest that tracks are asked for where they have structure: from a wide one, which would be told, down to
@@ -111,7 +111,7 @@ fn scatters(profiled: &Profiled, sigmas: &DVector<f64>, unit: f64) -> Vec<Scatte
         let ln_determinant = 2.0 * factor.l_dirty().diagonal().iter().map(|x| x.ln()).sum::<f64>();
         let ln_likelihood =
             0.5 * (mean.dot(&side) - ln_determinant + prior.iter().map(|x| x.ln()).sum::<f64>());
-        let odds = ODDS / (KINDS.len() * WIDTHS.len()) as f64 * ln_likelihood.exp();
+        let odds = ODDS_OF_SCATTER / (KINDS.len() * WIDTHS.len()) as f64 * ln_likelihood.exp();
         Some(Scatter { odds, second: &mean * mean.transpose() + factor.inverse() })
     };
     WIDTHS.iter().filter_map(scatter).collect()
