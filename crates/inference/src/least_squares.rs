@@ -12,7 +12,7 @@ mod step;
 
 pub(crate) use bordered::{
     Block, JointCovariance, N_OWN, NormalEquations, Own, OwnCovariance, Profiled, Reduced, RestSums, Row,
-    SharedProducts, Weights,
+    SharedProducts, SharedSystem, Weights,
 };
 pub(crate) use problem::{Bounds, Failure, LeastSquares, Unknowns};
 pub(crate) use step::within;

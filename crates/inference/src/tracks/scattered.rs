@@ -4,6 +4,8 @@
 //! c_s and the strikers all the same. How large it is may be anything, and what it would be in each body the tracks tell in part: the mean over
 //! both of what it makes of the unknowns joins their uncertainties.
 
+use std::collections::BTreeSet;
+
 use chainwave_measurement::Observation;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, SymmetricEigen};
 
@@ -13,7 +15,9 @@ use super::residuals::TrackResiduals;
 use super::rivals::Shift;
 use crate::damping::N_DAMPINGS;
 use crate::error::FitError;
-use crate::least_squares::{LeastSquares, Profiled, Unknowns, within};
+use crate::least_squares::{
+    LeastSquares, NormalEquations, Own, Profiled, Reduced, SharedSystem, Unknowns, within,
+};
 use crate::quantity::Quantity;
 
 /// What may scatter.
@@ -33,62 +37,112 @@ pub(super) fn scattered(
     at: &Unknowns,
     unit: f64,
 ) -> Result<(Vec<Shift>, u64), FitError> {
-    let mut bodies: Vec<usize> =
-        observations.iter().flat_map(|one| one.bodies.iter().map(|track| track.body)).collect();
-    bodies.sort_unstable();
-    bodies.dedup();
-    let mut wide = model.clone();
-    let mut kinds: Vec<Vec<usize>> = Vec::new();
-    for kind in KINDS {
-        if !kind.is_open(model, asked) {
-            continue;
-        }
-        let first = wide.priors.len();
-        wide = kind.applied_with_at_most(MOST_NUMBERS, &wide, asked, &bodies);
-        kinds.push((N_DAMPINGS + first..N_DAMPINGS + wide.priors.len()).collect());
-    }
+    let (wide, kinds) = with_numbers(observations, model, asked);
     if kinds.is_empty() {
         return Ok((Vec::new(), 0));
     }
     let problem = TrackResiduals::new(observations, &wide, asked)?;
     let there = problem.extended(at, (model.priors.len(), asked.len()));
     let equations = problem.equations(&there)?;
-    let Some(reduced) = equations.reduced(0.0) else { return Ok((Vec::new(), problem.n_simulations())) };
-    let system = reduced.system();
     let numbers: Vec<usize> = kinds.iter().flatten().copied().collect();
-    let Some((_, resting)) = within(&system, &there.shared, &problem.bounds().shared, &numbers) else {
-        return Ok((Vec::new(), problem.n_simulations()));
-    };
-    let others: Vec<usize> = (0..there.shared.len()).filter(|i| !resting.contains(i)).collect();
-    let found: Vec<(Vec<usize>, Profiled, Vec<Scatter>)> = kinds
-        .into_iter()
-        .filter_map(|of| {
-            let profiled = system.profiled(&of, &others)?;
-            let sigmas = of.iter().map(|i| wide.priors[i - N_DAMPINGS].relative_sigma);
-            let scatters = scatters(&profiled, &DVector::from_iterator(of.len(), sigmas), unit);
-            Some((of, profiled, scatters))
-        })
-        .collect();
-    let sum = 1.0 + found.iter().flat_map(|(_, _, all)| all).map(|one| one.odds).sum::<f64>();
-    let still = reduced.own_steps(&DVector::zeros(there.shared.len()));
-    let mut shifts = Vec::new();
-    for (of, profiled, scatters) in found {
-        let n = of.len();
-        let second =
-            scatters.iter().fold(DMatrix::zeros(n, n), |second, one| second + &one.second * (one.odds / sum));
-        let SymmetricEigen { eigenvalues, eigenvectors } = SymmetricEigen::new(second);
-        for (value, vector) in eigenvalues.iter().zip(eigenvectors.column_iter()) {
-            let of_numbers = vector * value.max(0.0).sqrt();
-            let mut step = DVector::zeros(there.shared.len());
-            of.iter().zip(of_numbers.iter()).for_each(|(i, number)| step[*i] = *number);
-            let followed = &profiled.followed * &of_numbers;
-            others.iter().zip(followed.iter()).for_each(|(i, other)| step[*i] = *other);
-            let own = reduced.own_steps(&step).iter().zip(&still).map(|(own, still)| own - still).collect();
-            let shared = (0..step.len()).filter(|i| !numbers.contains(i)).map(|i| step[i]).collect();
-            shifts.push(Shift::by(shared, own));
-        }
+    let shifts = Open::at(&equations, &there, &problem.bounds().shared, &numbers).map(|open| {
+        let sigma = |number: &usize| wide.priors[number - N_DAMPINGS].relative_sigma;
+        let told = |numbers: Vec<usize>| {
+            let profiled = open.system.profiled(&numbers, &open.others)?;
+            let sigmas = DVector::from_iterator(numbers.len(), numbers.iter().map(sigma));
+            let scatters = scatters(&profiled, &sigmas, unit);
+            Some(Kind { numbers, profiled, scatters })
+        };
+        let kinds: Vec<Kind> = kinds.into_iter().filter_map(told).collect();
+        let odds = kinds.iter().flat_map(|kind| &kind.scatters).map(|one| one.odds);
+        let sum = 1.0 + odds.sum::<f64>();
+        let steps = kinds.iter().flat_map(|kind| kind.steps(sum));
+        steps.map(|(kind, step)| open.shift(&kind.followed(&open, &step), &numbers)).collect()
+    });
+    Ok((shifts.unwrap_or_default(), problem.n_simulations()))
+}
+
+/// The model with a number for each body and gap, or group of neighbours, and the places of each kind's among the shared unknowns; kinds that the
+/// model states or that are believed stay out.
+fn with_numbers(
+    observations: &[Observation],
+    model: &TrackModel,
+    asked: &[Quantity],
+) -> (TrackModel, Vec<Vec<usize>>) {
+    let bodies: BTreeSet<usize> =
+        observations.iter().flat_map(|one| one.bodies.iter().map(|track| track.body)).collect();
+    let bodies: Vec<usize> = bodies.into_iter().collect();
+    let mut wide = model.clone();
+    let mut kinds = Vec::new();
+    for kind in KINDS.into_iter().filter(|kind| kind.is_open(model, asked)) {
+        let first = wide.priors.len();
+        wide = kind.applied_with_at_most(MOST_NUMBERS, &wide, asked, &bodies);
+        kinds.push((N_DAMPINGS + first..N_DAMPINGS + wide.priors.len()).collect());
     }
-    Ok((shifts, problem.n_simulations()))
+    (wide, kinds)
+}
+
+/// What is open at a minimum beside the numbers.
+struct Open {
+    reduced: Reduced,
+    system: SharedSystem,
+    /// Shared unknowns that follow the numbers.
+    others: Vec<usize>,
+    n_shared: usize,
+    /// Steps of the recordings' own unknowns that rounding leaves at the minimum.
+    still: Vec<Own>,
+}
+
+impl Open {
+    fn at(
+        equations: &NormalEquations,
+        there: &Unknowns,
+        bounds: &[(f64, f64)],
+        numbers: &[usize],
+    ) -> Option<Self> {
+        let reduced = equations.reduced(0.0)?;
+        let system = reduced.system();
+        let (_, resting) = within(&system, &there.shared, bounds, numbers)?;
+        let n_shared = there.shared.len();
+        let others = (0..n_shared).filter(|unknown| !resting.contains(unknown)).collect();
+        let still = reduced.own_steps(&DVector::zeros(n_shared));
+        Some(Self { reduced, system, others, n_shared, still })
+    }
+
+    /// A step as one of the model without the numbers.
+    fn shift(&self, step: &DVector<f64>, numbers: &[usize]) -> Shift {
+        let own = self.reduced.own_steps(step).into_iter().zip(&self.still).map(|(own, still)| own - still);
+        let shared = (0..self.n_shared).filter(|unknown| !numbers.contains(unknown)).map(|i| step[i]);
+        Shift::by(shared.collect(), own.collect())
+    }
+}
+
+/// What tracks say of one kind.
+struct Kind {
+    /// The places of its numbers among the shared unknowns.
+    numbers: Vec<usize>,
+    profiled: Profiled,
+    scatters: Vec<Scatter>,
+}
+
+impl Kind {
+    /// Steps of its numbers whose squares add up to the mean square, where the odds of all add up to `sum`.
+    fn steps(&self, sum: f64) -> impl Iterator<Item = (&Self, DVector<f64>)> {
+        let n = self.numbers.len();
+        let second = self.scatters.iter().map(|one| &one.second * (one.odds / sum));
+        let SymmetricEigen { eigenvalues, eigenvectors } =
+            SymmetricEigen::new(second.fold(DMatrix::zeros(n, n), |all, one| all + one));
+        (0..n).map(move |k| (self, eigenvectors.column(k) * eigenvalues[k].max(0.0).sqrt()))
+    }
+
+    /// A step of its numbers with that of the unknowns that follow them.
+    fn followed(&self, open: &Open, step: &DVector<f64>) -> DVector<f64> {
+        let mut all = DVector::zeros(open.n_shared);
+        let followed = &self.profiled.followed * step;
+        let places = self.numbers.iter().zip(step).chain(open.others.iter().zip(&followed));
+        places.for_each(|(place, value)| all[*place] = *value);
+        all
+    }
 }
 
 /// A scatter of one width.

@@ -31,3 +31,40 @@ impl SharedSystem {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_has_the_covariance_and_the_step_of_the_whole() {
+        // Diagonal entries from 1 to 1e8, as those of dampings and factors.
+        let rows =
+            DMatrix::from_fn(9, 5, |i, j| 100.0_f64.powi(j as i32) * (1.3 * (i * j) as f64 + i as f64).sin());
+        let system = SharedSystem {
+            matrix: rows.tr_mul(&rows),
+            side: rows.tr_mul(&DVector::from_fn(9, |i, _| (i as f64).cos())),
+        };
+        let (of, others) = ([1, 4], [0, 2, 3]);
+        let profiled = system.profiled(&of, &others).unwrap();
+        let (whole, covariance) = (system.step().unwrap(), system.covariance().unwrap());
+        let own = profiled.matrix.clone().try_inverse().unwrap();
+        let step = &own * &profiled.side;
+        for (i, place) in of.iter().enumerate() {
+            assert!((step[i] / whole[*place] - 1.0).abs() < 1e-8, "{step} in {whole}");
+            for (j, other) in of.iter().enumerate() {
+                assert!(
+                    (own[(i, j)] / covariance[(*place, *other)] - 1.0).abs() < 1e-8,
+                    "{own} in {covariance}"
+                );
+            }
+        }
+        // With the numbers held at what the whole gives them, the others follow, but for what they would do alone.
+        let still = system.profiled(&others, &[]).unwrap();
+        let alone = still.matrix.try_inverse().unwrap() * still.side;
+        for (i, place) in others.iter().enumerate() {
+            let followed = alone[i] + (&profiled.followed * &step)[i];
+            assert!((followed / whole[*place] - 1.0).abs() < 1e-8, "{followed} in {whole}");
+        }
+    }
+}
