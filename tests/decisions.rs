@@ -12,7 +12,7 @@ mod slow {
     const TRIGGERS: &str = "what trigger offsets and drives are taken from";
 
     /// Every number that is taken to be so, of whatever chain, where the recordings do not tell it.
-    const ASSUMED: [(&str, &str); 15] = [
+    const ASSUMED: [(&str, &str); 16] = [
         ("assumed: how far drives differ from trial to trial", "5 %"),
         ("assumed: how far a response departs from scaling with the drive", "100 %"),
         ("assumed: how far a response curves with the drive", "50 %"),
@@ -31,6 +31,10 @@ mod slow {
         ("assumed: how far masses may scatter, where the tracks ask for it", "by 5 %"),
         ("assumed: how far contacts' stiffness may scatter, where the tracks ask for it", "by 15 %"),
         ("assumed: how likely each cause is that the experiment does not state", "odds of 0.2 "),
+        (
+            "assumed: how likely masses or contacts scatter by as little as the tracks do not tell",
+            "odds of 1 ",
+        ),
     ];
 
     /// The choices of a run, and its results.
