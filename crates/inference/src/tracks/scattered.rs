@@ -1,6 +1,6 @@
 //! What bodies that are not quite alike may do to a fit before it is told.
 //!
-//! Masses, stiffnesses and dampings always scatter by a little. Where the model states them as alike, a scatter too small to leave structure bends
+//! Masses and stiffnesses always scatter by a little. Where the model states them as alike, a scatter too small to leave structure bends
 //! c_s and the strikers all the same. How large it is may be anything, and what it would be in each body the tracks tell in part: the mean over
 //! both of what it makes of the unknowns joins their uncertainties.
 
@@ -29,6 +29,9 @@ const MOST_NUMBERS: usize = 32;
 /// How wide a scatter is tried, over the widest that tracks are asked for where they have structure: from a wide one, which would be told, down to
 /// what no fit can notice.
 const WIDTHS: [f64; 9] = [1.0, 0.3, 0.1, 0.03, 1e-2, 3e-3, 1e-3, 3e-4, 1e-4];
+
+/// Logarithm up to which likelihoods count, so that no odds are without bound.
+const LARGEST_LN: f64 = 500.0;
 
 /// What a scatter of which nothing is told makes of the unknowns of a fit, whose residuals have the variance `unit`; and the simulations behind that.
 pub(super) fn scattered(
@@ -165,7 +168,8 @@ fn scatters(profiled: &Profiled, sigmas: &DVector<f64>, unit: f64) -> Vec<Scatte
         let ln_determinant = 2.0 * factor.l_dirty().diagonal().iter().map(|x| x.ln()).sum::<f64>();
         let ln_likelihood =
             0.5 * (mean.dot(&side) - ln_determinant + prior.iter().map(|x| x.ln()).sum::<f64>());
-        let odds = ODDS_OF_SCATTER / (KINDS.len() * WIDTHS.len()) as f64 * ln_likelihood.exp();
+        let odds =
+            ODDS_OF_SCATTER / (KINDS.len() * WIDTHS.len()) as f64 * ln_likelihood.min(LARGEST_LN).exp();
         Some(Scatter { odds, second: &mean * mean.transpose() + factor.inverse() })
     };
     WIDTHS.iter().filter_map(scatter).collect()
