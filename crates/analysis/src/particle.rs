@@ -85,11 +85,11 @@ impl<'a> Gap<'a> {
         Some(LocalPolynomial::fit(&self.mean_m, first, last)?.slope(self.place))
     }
 
-    /// How much larger that is by a narrower polynomial.
-    fn bend(&self, reach: SlopeReach) -> Option<f64> {
+    /// How much larger a slope is by a narrower polynomial.
+    fn bend(&self, reach: SlopeReach, slope: f64) -> Option<f64> {
         let [wide, narrow] =
             [reach, reach.narrower()].map(|reach| reach.about(self.pulse, self.place, self.mean_m.len()));
-        (narrow != wide).then_some(self.slope(reach.narrower())? - self.slope(reach)?)
+        (narrow != wide).then_some(self.slope(reach.narrower())? - slope)
     }
 
     /// The same over what independent noise makes of it: of two least-squares estimates from samples of which the one has all that the other has, the
@@ -100,7 +100,7 @@ impl<'a> Gap<'a> {
             LocalPolynomial::variance_of_slope(first, last, self.place)
         };
         let gain = variance(reach.narrower())? - variance(reach)?;
-        Some(self.bend(reach)? / (self.sigma_m * gain.sqrt()).max(f64::MIN_POSITIVE))
+        Some(self.bend(reach, self.slope(reach)?)? / (self.sigma_m * gain.sqrt()).max(f64::MIN_POSITIVE))
     }
 }
 
@@ -116,9 +116,10 @@ pub(crate) fn particle_velocities(
 ) -> Vec<Option<ParticleVelocity>> {
     let velocity = |pulse: &Result<LeadingPulse, Missing>| {
         let gap = Gap::of(motion, map, pulse.as_ref().ok()?)?;
+        let slope = gap.slope(reach)?;
         Some(ParticleVelocity {
-            m_per_s: gap.slope(reach)? / map.interval_s(),
-            bend_m_per_s: gap.bend(reach).map(|bend| bend / map.interval_s()),
+            m_per_s: slope / map.interval_s(),
+            bend_m_per_s: gap.bend(reach, slope).map(|bend| bend / map.interval_s()),
         })
     };
     pulses.iter().map(velocity).collect()
