@@ -114,7 +114,12 @@ fn struck_chain() -> Result<Trajectory, Error> {
         ground_stiffness_n_per_m: Vec::new(),
         ground_law: None,
         contact: PowerLaw::ELLIPTICAL_RING.into(),
-        drive: Drive::Striker(Striker { mass_kg: 4.3e-3, velocity_m_per_s: 2.73, damping_kg_per_s: 0.2 }),
+        drive: Drive::Striker(Striker {
+            mass_kg: 4.3e-3,
+            velocity_m_per_s: 2.73,
+            damping_kg_per_s: 0.2,
+            ground_damping_kg_per_s: 0.0,
+        }),
         far_end: FarEnd::Free,
     };
     let schedule = Schedule::automatic(0.01, 1e-5);

@@ -39,7 +39,12 @@ fn chain(c_d: f64, c_s: f64, velocity_m_per_s: f64) -> Result<Chain, FitError> {
         ground_stiffness_n_per_m: Vec::new(),
         ground_law: None,
         contact: PowerLaw::new(60.1, 2.27e-3, 0.114)?.into(),
-        drive: Drive::Striker(Striker { mass_kg: 4.3e-3, velocity_m_per_s, damping_kg_per_s: c_s }),
+        drive: Drive::Striker(Striker {
+            mass_kg: 4.3e-3,
+            velocity_m_per_s,
+            damping_kg_per_s: c_s,
+            ground_damping_kg_per_s: 0.0,
+        }),
         far_end: FarEnd::Free,
     })
 }

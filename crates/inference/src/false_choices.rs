@@ -89,7 +89,12 @@ fn chain(contact: Contacts, c_d: f64, velocity_m_per_s: f64) -> Chain {
         ground_stiffness_n_per_m: Vec::new(),
         ground_law: None,
         contact,
-        drive: Drive::Striker(Striker { mass_kg: 4.3e-3, velocity_m_per_s, damping_kg_per_s: C_S_KG_PER_S }),
+        drive: Drive::Striker(Striker {
+            mass_kg: 4.3e-3,
+            velocity_m_per_s,
+            damping_kg_per_s: C_S_KG_PER_S,
+            ground_damping_kg_per_s: 0.0,
+        }),
         far_end: FarEnd::Free,
     }
 }

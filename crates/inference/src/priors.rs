@@ -50,7 +50,12 @@ impl<'a> PriorFactors<'a> {
     pub(crate) fn without_striker(self, chain: &Chain, c_d_kg_per_s: f64, unknowns: &DVector<f64>) -> Chain {
         let mut chain = Chain { damping_kg_per_s: damping_like(chain, c_d_kg_per_s), ..chain.clone() };
         // Quantities of a striker change nothing here.
-        let mut striker = Striker { mass_kg: 1.0, velocity_m_per_s: 0.0, damping_kg_per_s: 0.0 };
+        let mut striker = Striker {
+            mass_kg: 1.0,
+            velocity_m_per_s: 0.0,
+            damping_kg_per_s: 0.0,
+            ground_damping_kg_per_s: 0.0,
+        };
         self.apply(unknowns, &mut chain, &mut striker);
         chain
     }

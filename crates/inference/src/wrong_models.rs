@@ -136,7 +136,12 @@ impl ChainBeyondModel {
 
 /// The model that is stated of every chain.
 fn stated_model(n_threads: NonZero<usize>) -> TrackModel {
-    let striker = Striker { mass_kg: STRIKER_KG, velocity_m_per_s: VELOCITY.value, damping_kg_per_s: 0.1 };
+    let striker = Striker {
+        mass_kg: STRIKER_KG,
+        velocity_m_per_s: VELOCITY.value,
+        damping_kg_per_s: 0.1,
+        ground_damping_kg_per_s: 0.0,
+    };
     TrackModel {
         chain: Chain {
             mass_kg: vec![BODY_KG; N_BODIES],

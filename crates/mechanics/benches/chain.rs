@@ -33,6 +33,7 @@ fn chain(n_bodies: usize) -> Chain {
             mass_kg: STRIKER_KG,
             velocity_m_per_s: V_M_PER_S,
             damping_kg_per_s: C_S,
+            ground_damping_kg_per_s: 0.0,
         }),
         far_end: FarEnd::Free,
     }

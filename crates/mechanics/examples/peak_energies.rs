@@ -6,8 +6,12 @@ use chainwave_mechanics::{
 
 /// Bodies of 0.455 g, 30 mm apart, on the contact law of a hollow elliptical cylinder.
 fn struck(damping_kg_per_s: f64, striker_damping_kg_per_s: f64) -> Result<Simulation, MechanicsError> {
-    let striker =
-        Striker { mass_kg: 4.3e-3, velocity_m_per_s: 2.73, damping_kg_per_s: striker_damping_kg_per_s };
+    let striker = Striker {
+        mass_kg: 4.3e-3,
+        velocity_m_per_s: 2.73,
+        damping_kg_per_s: striker_damping_kg_per_s,
+        ground_damping_kg_per_s: 0.0,
+    };
     let chain = Chain {
         mass_kg: vec![0.455e-3; 26],
         damping_kg_per_s: vec![damping_kg_per_s; 26],

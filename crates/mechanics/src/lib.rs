@@ -14,7 +14,7 @@
 //! ```
 //! use chainwave_mechanics::{Chain, Drive, FarEnd, PowerLaw, Schedule, Striker, simulate};
 //!
-//! let striker = Striker { mass_kg: 4.3e-3, velocity_m_per_s: 2.73, damping_kg_per_s: 0.2 };
+//! let striker = Striker { mass_kg: 4.3e-3, velocity_m_per_s: 2.73, damping_kg_per_s: 0.2, ground_damping_kg_per_s: 0.0 };
 //! let chain = Chain {
 //!     mass_kg: vec![0.455e-3; 26],
 //!     damping_kg_per_s: vec![0.003; 26],

@@ -53,7 +53,12 @@ pub(crate) fn damped_chain(
         ground_stiffness_n_per_m: Vec::new(),
         ground_law: None,
         contact: PowerLaw::ELLIPTICAL_RING.into(),
-        drive: Drive::Striker(Striker { mass_kg: 4.3e-3, velocity_m_per_s, damping_kg_per_s: 0.2 }),
+        drive: Drive::Striker(Striker {
+            mass_kg: 4.3e-3,
+            velocity_m_per_s,
+            damping_kg_per_s: 0.2,
+            ground_damping_kg_per_s: 0.0,
+        }),
         far_end,
     };
     let schedule = Schedule::automatic(duration_s, INTERVAL_S);

@@ -147,7 +147,12 @@ fn speeds_in_nesterenkos_chain_go_as_the_fifth_root() {
             ground_stiffness_n_per_m: Vec::new(),
             ground_law: None,
             contact: contact.clone().into(),
-            drive: Drive::Striker(Striker { mass_kg, velocity_m_per_s, damping_kg_per_s: 0.0 }),
+            drive: Drive::Striker(Striker {
+                mass_kg,
+                velocity_m_per_s,
+                damping_kg_per_s: 0.0,
+                ground_damping_kg_per_s: 0.0,
+            }),
             far_end: FarEnd::Free,
         };
         let schedule = Schedule::automatic(duration_s, duration_s / 1200.0);

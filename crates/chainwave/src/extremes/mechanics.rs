@@ -222,7 +222,12 @@ fn chain(law: PowerLaw, velocity_m_per_s: f64, n_bodies: usize) -> Chain {
         ground_stiffness_n_per_m: Vec::new(),
         ground_law: None,
         contact: law.into(),
-        drive: Drive::Striker(Striker { mass_kg: STRIKER_KG, velocity_m_per_s, damping_kg_per_s: 0.0 }),
+        drive: Drive::Striker(Striker {
+            mass_kg: STRIKER_KG,
+            velocity_m_per_s,
+            damping_kg_per_s: 0.0,
+            ground_damping_kg_per_s: 0.0,
+        }),
         far_end: FarEnd::Free,
     }
 }

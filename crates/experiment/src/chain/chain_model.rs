@@ -67,6 +67,7 @@ impl Experiment {
                 mass_kg: striker.mass_kg.get(),
                 velocity_m_per_s: strength,
                 damping_kg_per_s: dampings[1],
+                ground_damping_kg_per_s: 0.0,
             }),
             (None, Some(drive)) => drive.drive(strength, &chain, until_s)?,
             (None, None) => at_rest(chain.n_bodies()),

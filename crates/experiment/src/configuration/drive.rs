@@ -113,6 +113,7 @@ impl DriveTable {
                 mass_kg: mass_kg.get(),
                 velocity_m_per_s: strength * velocity_m_per_s.get(),
                 damping_kg_per_s: damping_kg_per_s.get(),
+                ground_damping_kg_per_s: 0.0,
             }),
             Self::Shaker { frequency_hz, amplitude_m, ramp_s, .. } => {
                 let shaker = Shaker {

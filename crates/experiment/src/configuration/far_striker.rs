@@ -47,6 +47,7 @@ impl FarStrikerTable {
                 mass_kg: self.mass_kg.get(),
                 velocity_m_per_s: self.velocity_m_per_s.get(),
                 damping_kg_per_s: self.damping_kg_per_s.get(),
+                ground_damping_kg_per_s: 0.0,
             },
             distance_m: self.distance_m.get(),
             contact: contacts.transpose()?.map(|contacts| contacts.first().clone()),
@@ -84,7 +85,12 @@ mod tests {
         let FarEnd::Struck(plain) = far_end(FarEndTable::Free, Some(&table(PLAIN))).unwrap() else {
             panic!("expected a striker")
         };
-        let striker = Striker { mass_kg: 4.3e-3, velocity_m_per_s: 1.5, damping_kg_per_s: 0.2 };
+        let striker = Striker {
+            mass_kg: 4.3e-3,
+            velocity_m_per_s: 1.5,
+            damping_kg_per_s: 0.2,
+            ground_damping_kg_per_s: 0.0,
+        };
         assert_eq!(plain, FarStriker { striker, distance_m: 0.0, contact: None });
         let full = format!("{PLAIN}distance_m = 2e-3\ncontact = {{ law = \"linear\", k_n_per_m = 3e3 }}\n");
         let FarEnd::Struck(full) = far_end(FarEndTable::Free, Some(&table(&full))).unwrap() else {

@@ -153,7 +153,12 @@ impl<'a> Model<'a> {
         let experiment = &self.setup.experiment;
         let Some(striker) = &experiment.striker else { return Ok(None) };
         let [c_d, damping_kg_per_s] = self.dampings_kg_per_s;
-        let struck_by = Striker { mass_kg: striker.mass_kg.get(), velocity_m_per_s, damping_kg_per_s };
+        let struck_by = Striker {
+            mass_kg: striker.mass_kg.get(),
+            velocity_m_per_s,
+            damping_kg_per_s,
+            ground_damping_kg_per_s: 0.0,
+        };
         let crossing_s = experiment.linear_chain()?.crossing_time_s(experiment.chain.n_bodies);
         let schedule = Schedule::automatic(1.5 * crossing_s, crossing_s / 400.0);
         let simulation = simulate(&experiment.chain_struck_by(struck_by, c_d)?, &schedule)?;

@@ -125,7 +125,12 @@ mod tests {
             ground_stiffness_n_per_m: Vec::new(),
             ground_law: None,
             contact: PowerLaw::ELLIPTICAL_RING.into(),
-            drive: Drive::Striker(Striker { mass_kg: 4.3e-3, velocity_m_per_s: 2.73, damping_kg_per_s: 0.2 }),
+            drive: Drive::Striker(Striker {
+                mass_kg: 4.3e-3,
+                velocity_m_per_s: 2.73,
+                damping_kg_per_s: 0.2,
+                ground_damping_kg_per_s: 0.0,
+            }),
             far_end: FarEnd::Fixed,
         }
     }
@@ -181,7 +186,12 @@ mod tests {
             damping_kg_per_s: vec![0.0],
             far_end: FarEnd::Free,
             contact: PowerLaw::ELLIPTICAL_RING.into(),
-            drive: Drive::Striker(Striker { mass_kg: 1e-3, velocity_m_per_s: 2.0, damping_kg_per_s: 0.0 }),
+            drive: Drive::Striker(Striker {
+                mass_kg: 1e-3,
+                velocity_m_per_s: 2.0,
+                damping_kg_per_s: 0.0,
+                ground_damping_kg_per_s: 0.0,
+            }),
             ..chain()
         };
         let drag = Resistance { drag_kg_per_m: 0.01, ..Resistance::default() };

@@ -62,7 +62,12 @@ mod tests {
             ground_stiffness_n_per_m: Vec::new(),
             ground_law: None,
             contact: PowerLaw::ELLIPTICAL_RING.into(),
-            drive: Drive::Striker(Striker { mass_kg: 4.3e-3, velocity_m_per_s: 1.89, damping_kg_per_s: 0.2 }),
+            drive: Drive::Striker(Striker {
+                mass_kg: 4.3e-3,
+                velocity_m_per_s: 1.89,
+                damping_kg_per_s: 0.2,
+                ground_damping_kg_per_s: 0.0,
+            }),
             far_end: FarEnd::Free,
         };
         let moved = simulate(&chain, &Schedule::automatic(0.012, 1e-5)).unwrap().trajectory;

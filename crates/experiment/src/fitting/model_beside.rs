@@ -52,6 +52,7 @@ pub(crate) fn model_beside(
                 mass_kg: striker.mass_kg.get(),
                 velocity_m_per_s: fit.striker_velocity_m_per_s.value,
                 damping_kg_per_s: damping * fit.damping.striker_damping_kg_per_s.value,
+                ground_damping_kg_per_s: 0.0,
             }),
             ..model.chain.clone()
         };

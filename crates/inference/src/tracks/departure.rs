@@ -256,7 +256,12 @@ mod tests {
         };
         let velocity = Estimate::new(0.3, 0.006);
         let striker = |velocity_m_per_s: f64| {
-            Drive::Striker(Striker { mass_kg: 4.3e-3, velocity_m_per_s, damping_kg_per_s: 0.2 })
+            Drive::Striker(Striker {
+                mass_kg: 4.3e-3,
+                velocity_m_per_s,
+                damping_kg_per_s: 0.2,
+                ground_damping_kg_per_s: 0.0,
+            })
         };
         let chain = Chain {
             mass_kg: vec![0.455e-3; N_BODIES],

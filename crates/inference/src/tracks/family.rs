@@ -87,7 +87,12 @@ mod tests {
 
     #[test]
     fn between_the_nodes_the_motion_is_that_of_a_simulation() {
-        let striker = Striker { mass_kg: 4.3e-3, velocity_m_per_s: 2.73, damping_kg_per_s: 0.2 };
+        let striker = Striker {
+            mass_kg: 4.3e-3,
+            velocity_m_per_s: 2.73,
+            damping_kg_per_s: 0.2,
+            ground_damping_kg_per_s: 0.0,
+        };
         let chain = Chain {
             mass_kg: vec![0.455e-3; 26],
             damping_kg_per_s: vec![0.003; 26],

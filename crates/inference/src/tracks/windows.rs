@@ -169,7 +169,12 @@ mod tests {
 
     /// Samples that windows of the derivatives by the mass of each body hold at once, and in all, where a chain is filmed for as long as it is.
     fn held(n_bodies: usize) -> (usize, usize) {
-        let striker = Striker { mass_kg: 4.3e-3, velocity_m_per_s: 2.73, damping_kg_per_s: 0.2 };
+        let striker = Striker {
+            mass_kg: 4.3e-3,
+            velocity_m_per_s: 2.73,
+            damping_kg_per_s: 0.2,
+            ground_damping_kg_per_s: 0.0,
+        };
         let chain = Chain {
             mass_kg: vec![0.455e-3; n_bodies],
             damping_kg_per_s: vec![0.003; n_bodies],

@@ -33,7 +33,12 @@ fn model(chain: Chain, striker_velocity_m_per_s: Estimate, priors: Vec<Prior>) -
 }
 
 fn fitted(motion: &ChainMotion, priors: Vec<Prior>) -> EnergyFit {
-    let striker = Striker { mass_kg: 4.3e-3, velocity_m_per_s: VELOCITY.value, damping_kg_per_s: 0.1 };
+    let striker = Striker {
+        mass_kg: 4.3e-3,
+        velocity_m_per_s: VELOCITY.value,
+        damping_kg_per_s: 0.1,
+        ground_damping_kg_per_s: 0.0,
+    };
     let chain = Chain {
         mass_kg: vec![0.455e-3; N_BODIES],
         damping_kg_per_s: vec![0.001; N_BODIES],
@@ -81,7 +86,8 @@ fn quantities_known_within_an_uncertainty_are_fitted_along() {
 /// A short chain that is struck hard, whose gaps hold more in tension, when the wave comes back from its free end, than when it passed.
 fn short(c_d: f64, c_s: f64) -> Chain {
     const N_BODIES: usize = 9;
-    let striker = Striker { mass_kg: 3e-3, velocity_m_per_s: 1.7, damping_kg_per_s: c_s };
+    let striker =
+        Striker { mass_kg: 3e-3, velocity_m_per_s: 1.7, damping_kg_per_s: c_s, ground_damping_kg_per_s: 0.0 };
     Chain {
         mass_kg: vec![0.6e-3; N_BODIES],
         damping_kg_per_s: vec![c_d; N_BODIES],

@@ -36,7 +36,12 @@ pub(crate) fn chain(c_d: f64, c_s: f64, velocity_m_per_s: f64) -> Chain {
         ground_stiffness_n_per_m: Vec::new(),
         ground_law: None,
         contact: PowerLaw::ELLIPTICAL_RING.into(),
-        drive: Drive::Striker(Striker { mass_kg: 4.3e-3, velocity_m_per_s, damping_kg_per_s: c_s }),
+        drive: Drive::Striker(Striker {
+            mass_kg: 4.3e-3,
+            velocity_m_per_s,
+            damping_kg_per_s: c_s,
+            ground_damping_kg_per_s: 0.0,
+        }),
         far_end: FarEnd::Free,
     }
 }

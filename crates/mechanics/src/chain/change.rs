@@ -45,7 +45,8 @@ impl Change {
         if below.contact != above.contact || of_far(below) != of_far(above) {
             return ChangedPart::Contacts;
         }
-        let felt = |striker: &Striker| (striker.mass_kg, striker.damping_kg_per_s);
+        let felt =
+            |striker: &Striker| [striker.mass_kg, striker.damping_kg_per_s, striker.ground_damping_kg_per_s];
         let of_striker = |chain: &Chain| {
             let far = chain.far_striker().map(|far| felt(&far.striker));
             match &chain.drive {
@@ -62,19 +63,22 @@ impl Change {
     }
 }
 
-/// What resists each body's motion beside its dashpot, the same on all of them.
+/// What resists the motion beside dashpots: each body's, the same on all of them, and the striker's.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Resistance {
     /// Dry friction, in newtons: against the motion, and holding at rest where nothing stronger moves the body.
     pub friction_n: f64,
     /// Drag that grows as the square of the speed, in newtons over (metres per second) squared.
     pub drag_kg_per_m: f64,
+    /// Dry friction of the striker in front of body 1, in newtons.
+    pub striker_friction_n: f64,
 }
 
 impl Resistance {
     pub(super) fn check(&self) -> Result<(), MechanicsError> {
         check::not_negative("friction_n", self.friction_n)?;
-        check::not_negative("drag_kg_per_m", self.drag_kg_per_m)
+        check::not_negative("drag_kg_per_m", self.drag_kg_per_m)?;
+        check::not_negative("striker_friction_n", self.striker_friction_n)
     }
 }
 
@@ -82,7 +86,7 @@ impl Resistance {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct DerivativeRequest<'a> {
     pub(crate) changes: &'a [Change],
-    /// What resists the bodies, whose effect is asked for behind the changes.
+    /// What resists bodies and striker, whose effect is asked for behind the changes.
     pub(crate) resistances: &'a [Resistance],
 }
 

@@ -241,11 +241,16 @@ impl<'a> Tangent<'a> {
     #[inline(always)]
     fn rub(&mut self, stage: usize, h_s: f64) {
         let v_m_per_s = &self.coefficients[COEFFICIENTS_OF_STAGE[stage]].v_m_per_s;
-        for (k, Resistance { friction_n, drag_kg_per_m }) in self.resistances.iter().enumerate() {
+        let first_body = self.model.first_gap();
+        for (k, resistance) in self.resistances.iter().enumerate() {
+            let Resistance { friction_n, drag_kg_per_m, striker_friction_n } = *resistance;
             let lane = self.first_resistance + k;
             let masses = v_m_per_s.iter().zip(self.model.inverse_mass_per_kg.iter()).enumerate();
-            let rubbed = masses.skip(self.model.first_gap()).take(self.model.n_gaps() + 1);
-            for (mass, (driven_m_per_s, inverse_mass_per_kg)) in rubbed {
+            for (mass, (driven_m_per_s, inverse_mass_per_kg)) in
+                masses.take(first_body + self.model.n_gaps() + 1)
+            {
+                let [friction_n, drag_kg_per_m] =
+                    if mass < first_body { [striker_friction_n, 0.0] } else { [friction_n, drag_kg_per_m] };
                 let place = mass * self.n_lanes + lane;
                 let most_m_per_s2 = friction_n * inverse_mass_per_kg;
                 let creeping_m_per_s = CREEPING_M_PER_S.max(most_m_per_s2 * h_s);

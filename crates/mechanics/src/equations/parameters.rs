@@ -62,6 +62,8 @@ pub struct Striker {
     pub velocity_m_per_s: f64,
     /// Damping c_s of its contact, in kilograms per second.
     pub damping_kg_per_s: f64,
+    /// Dashpot from itself to ground, as that of what carries it, in kilograms per second.
+    pub ground_damping_kg_per_s: f64,
 }
 
 /// What stands behind the last body.
@@ -185,7 +187,8 @@ impl Striker {
     fn check(&self, name: &str) -> Result<(), MechanicsError> {
         check::positive(format!("{name} mass_kg"), self.mass_kg)?;
         check::not_negative(format!("{name} velocity_m_per_s"), self.velocity_m_per_s)?;
-        check::not_negative(format!("{name} damping_kg_per_s"), self.damping_kg_per_s)
+        check::not_negative(format!("{name} damping_kg_per_s"), self.damping_kg_per_s)?;
+        check::not_negative(format!("{name} ground_damping_kg_per_s"), self.ground_damping_kg_per_s)
     }
 }
 

@@ -106,7 +106,7 @@ impl<'a> MassRow<'a> {
 
     /// Dashpots to ground in kilograms per second.
     pub(crate) fn ground_kg_per_s(&self) -> Vec<f64> {
-        self.with_strikers(&self.chain.damping_kg_per_s, |_| 0.0)
+        self.with_strikers(&self.chain.damping_kg_per_s, |striker| striker.ground_damping_kg_per_s)
     }
 
     /// Springs to ground in newtons per metre, where there are any.

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use chainwave_mechanics::{Drive, ImposedMotion, Method, Schedule, simulate};
+use chainwave_mechanics::{Drive, ImposedMotion, Integration, Method, Schedule, Striker, simulate};
 use ndarray::Axis;
 
 use crate::scenes::{MASS_KG, STRIKER_KG, hec_chain, rk4_energy_loss, run, striker};
@@ -34,6 +34,44 @@ fn momentum_without_ground_damping_is_kept() {
         for (chain, v) in chain_momentum.iter().zip(striker_v) {
             assert!(((chain + STRIKER_KG * v) / (STRIKER_KG * 2.73) - 1.0).abs() < 5000.0 * f64::EPSILON);
         }
+    }
+}
+
+/// A striker that has bounced off for good slows as exp(-c t / m), and what its dashpot takes is in the balance, by every kind of method.
+#[test]
+fn a_striker_on_a_dashpot_slows_as_an_exponential() {
+    let c_kg_per_s = 0.02;
+    let light = Striker {
+        mass_kg: 1e-4,
+        velocity_m_per_s: 2.0,
+        damping_kg_per_s: 0.05,
+        ground_damping_kg_per_s: c_kg_per_s,
+    };
+    let chain = hec_chain(6, 0.003, Drive::Striker(light));
+    let steps = |method| Integration::Steps { method, dt_s: 2e-6 };
+    let accuracy = 1e-9;
+    for integration in [
+        steps(Method::Verlet),
+        steps(Method::Symplectic4),
+        steps(Method::Rk4),
+        Integration::Accuracy { method: Method::Dop853, accuracy },
+        Integration::Accuracy { method: Method::Esdirk4, accuracy },
+        Integration::Automatic { accuracy },
+    ] {
+        let schedule = Schedule { integration, ..Schedule::automatic(0.02, 1e-4) };
+        let found = simulate(&chain, &schedule).unwrap();
+        let left_s = *found.contact_switch_times_s.last().unwrap();
+        let striker = found.striker.unwrap();
+        let first = (left_s / 1e-4).ceil() as usize;
+        let speed = |k: usize| striker.velocity_m_per_s[k];
+        assert!(speed(first) < -0.1, "it bounced off: {}", speed(first));
+        for k in first..first + 100 {
+            let expected = speed(first) * (-c_kg_per_s / light.mass_kg * 1e-4 * (k - first) as f64).exp();
+            // Steps of c h / m = 4e-4 err by that to the fourth, those that adapt by the accuracy asked for, of 2 m/s and in each of some ten.
+            assert!((speed(k) - expected).abs() < 2e-8, "{integration:?}, {k}: {} of {expected}", speed(k));
+        }
+        // The balance errs by the square of the steps at most: some (omega h)^2 with omega 6000 per second.
+        assert!(found.energy_drift < 2e-4, "{integration:?}: {:e}", found.energy_drift);
     }
 }
 

@@ -10,7 +10,8 @@ use crate::convergence::{assert_order_four, orders};
 use crate::scenes::{MASS_KG, STRIKER_KG, hec_chain, relative_error, rk4_energy_loss, run, striker};
 
 fn far_end(velocity_m_per_s: f64, damping_kg_per_s: f64, distance_m: f64) -> FarEnd {
-    let striker = Striker { mass_kg: STRIKER_KG, velocity_m_per_s, damping_kg_per_s };
+    let striker =
+        Striker { mass_kg: STRIKER_KG, velocity_m_per_s, damping_kg_per_s, ground_damping_kg_per_s: 0.0 };
     FarEnd::Struck(FarStriker { striker, distance_m, contact: None })
 }
 
@@ -106,7 +107,12 @@ fn a_touch_at_an_output_leaves_the_output_as_it_is() {
 #[test]
 fn errors_are_relative_to_what_bodies_do() {
     let far = struck_twice(8, 0.003, [striker(1.0, 0.2), striker(1e-3, 0.0)], 2.0);
-    let light = Striker { mass_kg: 1e-3 * MASS_KG, velocity_m_per_s: 3.0, damping_kg_per_s: 0.0 };
+    let light = Striker {
+        mass_kg: 1e-3 * MASS_KG,
+        velocity_m_per_s: 3.0,
+        damping_kg_per_s: 0.0,
+        ground_damping_kg_per_s: 0.0,
+    };
     let light = hec_chain(8, 0.003, Drive::Striker(light));
     for (name, chain) in [("far", far), ("light", light)] {
         let at = |accuracy: f64| {

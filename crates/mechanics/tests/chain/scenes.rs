@@ -8,7 +8,12 @@ pub(crate) const PITCH_M: f64 = 0.030;
 
 /// Striker of the experiment with contact damping c_s.
 pub(crate) fn striker(velocity_m_per_s: f64, damping_kg_per_s: f64) -> Drive {
-    Drive::Striker(Striker { mass_kg: STRIKER_KG, velocity_m_per_s, damping_kg_per_s })
+    Drive::Striker(Striker {
+        mass_kg: STRIKER_KG,
+        velocity_m_per_s,
+        damping_kg_per_s,
+        ground_damping_kg_per_s: 0.0,
+    })
 }
 
 /// `n` bodies of the experiment with the ring's law, ground damping c_d and a free far end.

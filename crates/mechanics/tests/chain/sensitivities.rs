@@ -28,6 +28,10 @@ fn c_s(chain: &mut Chain, value: f64) {
     of_striker(chain, |striker| striker.damping_kg_per_s = value);
 }
 
+fn striker_to_ground(chain: &mut Chain, value: f64) {
+    of_striker(chain, |striker| striker.ground_damping_kg_per_s = value);
+}
+
 fn v_s(chain: &mut Chain, value: f64) {
     of_striker(chain, |striker| striker.velocity_m_per_s = value);
 }
@@ -45,9 +49,10 @@ fn law(chain: &mut Chain, change: impl FnMut(&mut PowerLaw)) {
 }
 
 /// Each number with its value in the experiment's chain.
-const NUMBERS: [(&str, ChainSetter, f64); 8] = [
+const NUMBERS: [(&str, ChainSetter, f64); 9] = [
     ("c_d", damper, 0.003),
     ("c_s", c_s, 0.2),
+    ("the striker's dashpot to ground", striker_to_ground, 0.02),
     ("v_s", v_s, 2.73),
     ("m_s", m_s, STRIKER_KG),
     ("m", mass, MASS_KG),
@@ -97,7 +102,12 @@ fn differs_by(found: &Array2<f64>, expected: &Array2<f64>) -> f64 {
 fn an_elastic_impact_follows_its_closed_form() {
     let chain_of = |k_n_per_m: f64, v_m_per_s: f64, m_s_kg: f64| {
         let contact = Law::Linear(LinearLaw { k_n_per_m });
-        let striker = Striker { mass_kg: m_s_kg, velocity_m_per_s: v_m_per_s, damping_kg_per_s: 0.0 };
+        let striker = Striker {
+            mass_kg: m_s_kg,
+            velocity_m_per_s: v_m_per_s,
+            damping_kg_per_s: 0.0,
+            ground_damping_kg_per_s: 0.0,
+        };
         let drive = Drive::Striker(striker);
         let contact = Contact::from(contact).into();
         Chain { contact, drive, ..hec_chain(1, 0.0, striker_of(v_m_per_s)) }
@@ -146,7 +156,7 @@ fn striker_of(v_m_per_s: f64) -> Drive {
 /// Every number of the experiment's chain, against differences of simulations.
 #[test]
 fn derivatives_are_those_of_simulations() {
-    let chain = hec_chain(26, 0.003, striker(2.73, 0.2));
+    let chain = with(&hec_chain(26, 0.003, striker(2.73, 0.2)), striker_to_ground, 0.02);
     let schedule = fine(0.02, 1e-4);
     let changes: Vec<Change> =
         NUMBERS.iter().map(|(_, number, value)| change(&chain, *number, *value, 1e-4)).collect();
@@ -350,6 +360,28 @@ fn another_chain_is_no_change() {
         assert_eq!(ask(above, 1.0), MechanicsError::NotAlike { index: 0, what });
     }
     assert!(matches!(ask(chain.clone(), 0.0), MechanicsError::NotPhysical { .. }));
+}
+
+/// A striker of mass M that a constant force f holds back, pushes a body of mass m through a spring: with omega^2 = k (1/M + 1/m), the body
+/// falls behind by f (t^2 / 2 - (1 - cos omega t) / omega^2) / (M + m) while they touch.
+#[test]
+fn friction_of_the_striker_holds_back_what_it_pushes() {
+    let k_n_per_m = 100.0;
+    let contact = Contact::from(Law::Linear(LinearLaw { k_n_per_m })).into();
+    let chain = Chain { contact, ..hec_chain(1, 0.0, striker_of(1.0)) };
+    let omega_per_s = (k_n_per_m * (1.0 / STRIKER_KG + 1.0 / MASS_KG)).sqrt();
+    let friction = Resistance { striker_friction_n: 0.04, ..Resistance::default() };
+    let schedule = fine(0.95 * PI / omega_per_s, 1e-5);
+    let found = simulate_with_resistance(&chain, &schedule, &[], &[friction]).unwrap();
+    let added = &found.derivatives[0];
+    let last_m = added.displacement_m[(0, added.times_s.len() - 1)];
+    for (t_s, added_m) in added.times_s.iter().zip(added.displacement_m.row(0)) {
+        let swing_s2 = (1.0 - (omega_per_s * t_s).cos()) / omega_per_s.powi(2);
+        let expected_m = -friction.striker_friction_n * (0.5 * t_s * t_s - swing_s2) / (STRIKER_KG + MASS_KG);
+        // What steps of 0.04 rad leave, as the documentation says, of the largest.
+        assert!((added_m - expected_m).abs() < 5e-7 * last_m.abs(), "{t_s}: {added_m} of {expected_m}");
+    }
+    assert!(last_m < 0.0);
 }
 
 /// A body that nothing pushes: drag slows it to v_0 / (1 + q v_0 t / m), friction by f t / m.

@@ -50,7 +50,12 @@ fn power() -> Contact {
 }
 
 fn struck(n_bodies: usize, contact: Contacts, damping_kg_per_s: f64) -> Chain {
-    let striker = Striker { mass_kg: 4.3e-3, velocity_m_per_s: 2.73, damping_kg_per_s: 0.2 };
+    let striker = Striker {
+        mass_kg: 4.3e-3,
+        velocity_m_per_s: 2.73,
+        damping_kg_per_s: 0.2,
+        ground_damping_kg_per_s: 0.0,
+    };
     Chain {
         mass_kg: vec![0.455e-3; n_bodies],
         damping_kg_per_s: vec![damping_kg_per_s; n_bodies],
