@@ -273,7 +273,9 @@ impl<'a> Studio<'a> {
             None => (chain, Resistance::default()),
         };
         if resistance != Resistance::default() {
-            self.expect_no_far_striker("[synthetic.chain] friction_n, drag_kg_per_m: expected 0")?;
+            self.expect_no_far_striker(
+                "[synthetic.chain] friction_n, drag_kg_per_m, striker_friction_n: expected 0",
+            )?;
             return resisted(&model, resistance, duration_s, interval_s);
         }
         let schedule = Schedule::automatic(duration_s, interval_s);

@@ -44,6 +44,10 @@ pub enum Quantity {
     Friction,
     /// Drag of each body over the square of its speed, in kilograms per metre; not a factor, and none where nothing is said.
     Drag,
+    /// Dashpot of the striker to ground, in kilograms per second; not a factor, and none where nothing is said.
+    StrikerGroundDamping,
+    /// Dry friction of the striker, in newtons; not a factor, and none where nothing is said.
+    StrikerFriction,
     /// Stiffness of springs that hold each body to ground beside what is stated, in newtons per metre; not a factor, and none where nothing is
     /// said.
     GroundSpring,
@@ -102,6 +106,8 @@ impl Quantity {
             Self::DampingBetween => "damping_between_kg_per_s",
             Self::Friction => "friction_n",
             Self::Drag => "drag_kg_per_m",
+            Self::StrikerGroundDamping => "striker_ground_damping_kg_per_s",
+            Self::StrikerFriction => "striker_friction_n",
             Self::GroundSpring => "ground_spring_n_per_m",
             Self::DampingGrade => "damping_of_last_body_over_first",
             Self::DampingOfBody(_) => "damping_of_body",
@@ -116,7 +122,15 @@ impl Quantity {
 
     /// Whether it multiplies what the model states.
     pub(crate) fn is_factor(self) -> bool {
-        !matches!(self, Self::DampingBetween | Self::Friction | Self::Drag | Self::GroundSpring)
+        !matches!(
+            self,
+            Self::DampingBetween
+                | Self::Friction
+                | Self::Drag
+                | Self::StrikerGroundDamping
+                | Self::StrikerFriction
+                | Self::GroundSpring
+        )
     }
 
     /// How far values of it are apart of which chains are solved: of what is no factor, a force as that of a small damper is, at the speed of the
@@ -124,8 +138,8 @@ impl Quantity {
     pub(crate) fn step(self, chain: &Chain, striker_m_per_s: f64, critical_kg_per_s: f64) -> f64 {
         let damper_kg_per_s = DAMPING_STEPS[0] * critical_kg_per_s;
         match self {
-            Self::DampingBetween => damper_kg_per_s,
-            Self::Friction => damper_kg_per_s * striker_m_per_s,
+            Self::DampingBetween | Self::StrikerGroundDamping => damper_kg_per_s,
+            Self::Friction | Self::StrikerFriction => damper_kg_per_s * striker_m_per_s,
             Self::Drag => damper_kg_per_s / striker_m_per_s,
             Self::GroundSpring => FACTOR_STEP * chain.linear().map_or(0.0, |linear| linear.stiffness_n_per_m),
             _ => FACTOR_STEP,
@@ -134,7 +148,7 @@ impl Quantity {
 
     /// Whether its effect is added to the motion of the chain, which does not have it.
     pub(crate) fn is_resistance(self) -> bool {
-        matches!(self, Self::Friction | Self::Drag)
+        matches!(self, Self::Friction | Self::Drag | Self::StrikerFriction)
     }
 
     /// Whether pictures have it and the chain does not feel it.
@@ -160,7 +174,8 @@ impl Quantity {
             Self::Prefactor => chain.contact.for_each(&mut |contact| stiffen(contact, factor)),
             Self::Offset => chain.contact.for_each_power_law(|law| law.delta_0_m *= factor),
             Self::Exponent => chain.contact.for_each_power_law(|law| law.p *= factor),
-            Self::Scale | Self::ScaleOfView(_) | Self::Friction | Self::Drag => {}
+            Self::Scale | Self::ScaleOfView(_) | Self::Friction | Self::Drag | Self::StrikerFriction => {}
+            Self::StrikerGroundDamping => striker.ground_damping_kg_per_s += factor,
             Self::MassOfEverySecond => {
                 chain.mass_kg.iter_mut().skip(1).step_by(2).for_each(|mass_kg| *mass_kg *= factor);
             }

@@ -50,6 +50,10 @@ pub struct ChainBeyondModel {
     pub every_second: f64,
     /// Factor on the mass of body 1.
     pub struck_body: f64,
+    /// Dashpot of the striker to ground, in kilograms per second.
+    pub striker_ground_kg_per_s: f64,
+    /// Dry friction of the striker, in newtons.
+    pub striker_friction_n: f64,
     /// Relative standard deviation of masses from body to body.
     pub mass_scatter: f64,
     /// The same of the stiffness from gap to gap.
@@ -84,6 +88,8 @@ impl ChainBeyondModel {
         striker_contact: 1.0,
         every_second: 1.0,
         struck_body: 1.0,
+        striker_ground_kg_per_s: 0.0,
+        striker_friction_n: 0.0,
         mass_scatter: 0.0,
         stiffness_scatter: 0.0,
         damping_between_kg_per_s: 0.0,
@@ -101,7 +107,7 @@ impl ChainBeyondModel {
     const NOISY: Self = Self { noise_m: 2e-6, ..Self::AS_STATED };
 
     /// The chains of the proof: sound, wrong by a little, wrong by much, and two things wrong at once.
-    pub const ALL: [Self; 25] = [
+    pub const ALL: [Self; 29] = [
         Self::AS_STATED,
         Self { name: "dry friction of 0.3 mN", friction_n: 3e-4, ..Self::AS_STATED },
         Self { name: "dry friction of 0.03 mN", friction_n: 3e-5, ..Self::AS_STATED },
@@ -123,6 +129,14 @@ impl ChainBeyondModel {
         Self { name: "body 1 0.05 % heavier", struck_body: 1.0005, ..Self::AS_STATED },
         Self { name: "masses scatter by 0.01 %", mass_scatter: 1e-4, ..Self::AS_STATED },
         Self { name: "contacts open with 1 % less force", hysteresis: 0.01, ..Self::AS_STATED },
+        Self {
+            name: "striker damped as the bodies",
+            striker_ground_kg_per_s: C_D_KG_PER_S,
+            ..Self::AS_STATED
+        },
+        Self { name: "striker damped by 0.02 g/s", striker_ground_kg_per_s: 2e-5, ..Self::AS_STATED },
+        Self { name: "striker with dry friction of 4 mN", striker_friction_n: 4e-3, ..Self::AS_STATED },
+        Self { name: "striker with dry friction of 0.4 mN", striker_friction_n: 4e-4, ..Self::AS_STATED },
         Self { name: "noise of 2 um", ..Self::NOISY },
         Self { name: "noise of 2 um, dry friction of 0.03 mN", friction_n: 3e-5, ..Self::NOISY },
         Self { name: "noise of 2 um, dry friction of 0.01 mN", friction_n: 1e-5, ..Self::NOISY },
@@ -194,7 +208,7 @@ fn filmed(truth: &ChainBeyondModel, seed: u64) -> Result<Vec<Observation>, FitEr
         truth: *truth,
         mass_kg: vec![STRIKER_KG],
         stiffness: vec![truth.stiffness * truth.striker_contact],
-        damping_kg_per_s: vec![0.0],
+        damping_kg_per_s: vec![truth.striker_ground_kg_per_s],
     };
     for body in 0..N_BODIES {
         let pattern = match body {
@@ -298,12 +312,16 @@ impl Bodies {
                 _ if next == n && !self.truth.is_held => 0.0,
                 _ => spring_n + self.truth.damping_between_kg_per_s * closing,
             };
-            let rubbed_n = self.truth.friction_n * (v_m_per_s[mass] / HELD_M_PER_S).tanh();
             let v = v_m_per_s[mass];
-            let resisted_n = rubbed_n + self.truth.drag_kg_per_m * v * v.abs();
-            let sprung_n = self.truth.ground_n_per_m * x_m[mass];
-            let ground_n =
-                if mass == 0 { 0.0 } else { self.damping_kg_per_s[mass] * v + resisted_n + sprung_n };
+            let sense = (v / HELD_M_PER_S).tanh();
+            let resisted_n = match mass {
+                0 => self.truth.striker_friction_n * sense,
+                _ => {
+                    let sprung_n = self.truth.ground_n_per_m * x_m[mass];
+                    self.truth.friction_n * sense + self.truth.drag_kg_per_m * v * v.abs() + sprung_n
+                }
+            };
+            let ground_n = self.damping_kg_per_s[mass] * v + resisted_n;
             rates[mass] = v_m_per_s[mass];
             rates[n + mass] = (before_n - behind_n - ground_n) / self.mass_kg[mass];
             before_n = behind_n;

@@ -78,6 +78,7 @@ mod fitted;
 mod fitted_body;
 mod gauge;
 mod groups;
+mod likeness;
 mod merge;
 mod modes;
 mod normal_equations;

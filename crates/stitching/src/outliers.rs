@@ -6,6 +6,7 @@ use chainwave_measurement::{Observation, median};
 
 use crate::by_trigger::SOUND_SCATTER;
 use crate::error::StitchingError;
+use crate::likeness::{Odd, oddest};
 use crate::merge::merge_as_read;
 use crate::settings::Settings;
 use crate::stitched::Stitched;
@@ -41,6 +42,13 @@ pub enum Evidence {
         /// Median distance of the view's triggers, in seconds.
         usual_s: f64,
     },
+    /// Its bodies are far from where any other recording of its view has them: nothing moves in it, or something else does.
+    Motion {
+        /// Distance from the recording most like it, as a share of the way (rms over bodies and frames).
+        apart: f64,
+        /// Median of that over the view's recordings.
+        usual: f64,
+    },
 }
 
 impl fmt::Display for Evidence {
@@ -56,6 +64,13 @@ impl fmt::Display for Evidence {
                 1e3 * offset_s,
                 1e3 * usual_s
             ),
+            Self::Motion { apart, usual } => write!(
+                f,
+                "its bodies move otherwise than in all other trials of its view: {:.0} % of the way from the one most like it (rms), where {:.1} % \
+                 is usual (hint: nothing moves in a recording that something else has triggered)",
+                100.0 * apart,
+                100.0 * usual
+            ),
         }
     }
 }
@@ -69,7 +84,7 @@ const LATE_RATIO: f64 = 10.0;
 const LATE_FRAMES: f64 = 5.0;
 /// ...and than this many standard deviations of how triggers are stated to scatter.
 const LATE_SIGMAS: f64 = 5.0;
-/// Fewer recordings than this do not tell which of them is wrong.
+/// Fewer recordings than this do not tell by their scatter or their triggers which of them is wrong.
 const LEAST_TRIALS: usize = 4;
 
 /// Finds recordings that contradict the others of their view: each view is merged alone, then without each of its recordings
@@ -102,19 +117,25 @@ fn worst(
     settings: &Settings,
 ) -> Result<Option<Outlier>, StitchingError> {
     let seen = |index: &&usize| !observations[**index].bodies.is_empty();
-    if kept.iter().filter(seen).count() < LEAST_TRIALS {
-        return Ok(None);
-    }
-    let merged = |left_out: Option<usize>| {
-        let others = kept.iter().filter(|index| Some(**index) != left_out);
-        let others: Vec<Observation> = others.map(|index| observations[*index].clone()).collect();
-        merge_as_read(&others, settings)
-    };
     let outlier = |index: usize, evidence: Evidence| Outlier {
         index,
         recording: observations[index].recording.clone(),
         view: observations[index].view,
         evidence,
+    };
+    // What is asked below leaves a response to the drive free, which follows one recording alone where the others are alike.
+    let otherwise = || {
+        let recordings: Vec<&Observation> = kept.iter().map(|index| &observations[*index]).collect();
+        let odd = oddest(&recordings, settings.rest_until_s);
+        odd.map(|Odd { index, apart, usual }| outlier(kept[index], Evidence::Motion { apart, usual }))
+    };
+    if kept.iter().filter(seen).count() < LEAST_TRIALS {
+        return Ok(otherwise());
+    }
+    let merged = |left_out: Option<usize>| {
+        let others = kept.iter().filter(|index| Some(**index) != left_out);
+        let others: Vec<Observation> = others.map(|index| observations[*index].clone()).collect();
+        merge_as_read(&others, settings)
     };
     let all = merged(None)?;
     let with = scatter(&all);
@@ -133,7 +154,7 @@ fn worst(
     // Only now: a recording that contradicts the others throws their triggers about as well.
     let stated_s = LATE_SIGMAS * settings.trigger_sigma_s.unwrap_or(0.0);
     let late = late(&all, stated_s.max(LATE_FRAMES * observations[kept[0]].frame_interval_s()));
-    Ok(late.map(|(place, evidence)| outlier(kept[place], evidence)))
+    Ok(late.map(|(place, evidence)| outlier(kept[place], evidence)).or_else(otherwise))
 }
 
 /// The recording whose trigger stands farthest from the view's median, where that is out of proportion, and more than is usual in any case.

@@ -450,6 +450,31 @@ fn bodies_under_wrong_names_and_a_wrong_frame_rate_are_named() {
     }
 }
 
+/// With five trials that are struck alike, a response to the drive follows one in which nothing moves, or no more from some frame on, alone.
+#[test]
+fn a_trial_in_which_nothing_moves_is_an_outlier() {
+    for seed in 0..5 {
+        for (view, n_trials) in [(0, 5), (1, 5), (1, 3)] {
+            for last in [0, 60] {
+                let mut observations = experiment(seed).observations;
+                observations.retain(|one| one.view != view || one.trial < n_trials);
+                let odd = observations.iter_mut().find(|one| (one.view, one.trial) == (view, 2)).unwrap();
+                for track in &mut odd.bodies {
+                    let noise = track.position_m.clone();
+                    let stands = track.position_m[last].unwrap().value;
+                    for (position, was) in track.position_m.iter_mut().zip(noise).skip(last) {
+                        // The noise of what was filmed, without its motion: the last digits.
+                        let noise_m = was.unwrap().value % NOISE_M;
+                        *position = Some(Estimate::new(stands + noise_m, was.unwrap().sigma));
+                    }
+                }
+                let name = odd.recording.clone();
+                assert_eq!(found_outliers(&observations), [name], "seed {seed}, from frame {last} on");
+            }
+        }
+    }
+}
+
 #[test]
 fn a_trigger_out_of_proportion_is_an_outlier_unless_it_is_stated_to_scatter_so() {
     for seed in 0..5 {

@@ -1,6 +1,6 @@
 //! What is true of a chain that is filmed, where that is not what the experiment states.
 
-use chainwave_mechanics::{Chain, Law, PowerLaw, Resistance};
+use chainwave_mechanics::{Chain, Drive, Law, PowerLaw, Resistance};
 use serde::{Deserialize, Serialize};
 
 use super::far_end::FarEndTable;
@@ -14,6 +14,10 @@ pub struct TrueChain {
     pub friction_n: NotNegative,
     /// Drag of each body over the square of its speed, in kilograms per metre.
     pub drag_kg_per_m: NotNegative,
+    /// Dashpot of the striker to ground.
+    pub striker_ground_damping_kg_per_s: NotNegative,
+    /// Dry friction that holds the striker back.
+    pub striker_friction_n: NotNegative,
     /// Stiffness of springs that hold each body to ground, beside what is stated.
     pub ground_stiffness_n_per_m: NotNegative,
     /// Damping of the last body over that of the first, each over what is stated of it; in between it changes by as much from body to body, and the mean stays.
@@ -39,9 +43,13 @@ pub struct TrueChain {
 }
 
 impl TrueChain {
-    /// What resists the bodies beside their dampers.
+    /// What resists bodies and striker beside dampers.
     pub(crate) fn resistance(&self) -> Resistance {
-        Resistance { friction_n: self.friction_n.get(), drag_kg_per_m: self.drag_kg_per_m.get() }
+        Resistance {
+            friction_n: self.friction_n.get(),
+            drag_kg_per_m: self.drag_kg_per_m.get(),
+            striker_friction_n: self.striker_friction_n.get(),
+        }
     }
 
     /// The chain as it is, from what is stated of it.
@@ -55,6 +63,9 @@ impl TrueChain {
                 *law = PowerLaw { p: law.p * exponent, ..*law };
             }
         });
+        if let Drive::Striker(striker) = &mut chain.drive {
+            striker.ground_damping_kg_per_s += self.striker_ground_damping_kg_per_s.get();
+        }
         if let Some(factor) = self.striker_contact_factor {
             chain.contact = chain.contact.struck_through(factor.get());
         }

@@ -58,6 +58,16 @@ impl WrongChain {
             add: |to| of(to, |chain| chain.damping_between_kg_per_s = not_negative(2e-3)),
         },
         Self {
+            name: "damped_striker",
+            causes: STRIKER,
+            add: |to| of(to, |chain| chain.striker_ground_damping_kg_per_s = not_negative(3e-3)),
+        },
+        Self {
+            name: "rubbed_striker",
+            causes: STRIKER,
+            add: |to| of(to, |chain| chain.striker_friction_n = not_negative(4e-3)),
+        },
+        Self {
             name: "drag",
             causes: &["drag"],
             add: |to| of(to, |chain| chain.drag_kg_per_m = not_negative(1e-4)),
@@ -92,6 +102,8 @@ impl WrongChain {
 
 /// A stiffness, a mass, a scale and the law's curve do much the same to a wave.
 const STIFFNESS: &[&str] = &["stiffness", "another mass", "another curve", "another scale"];
+/// A dashpot and friction hold a striker back alike.
+const STRIKER: &[&str] = &["carries the striker", "held the striker back"];
 const SCATTER: &[&str] = &["scattered", "second body", "does not explain"];
 
 fn of(experiment: &mut Experiment, change: impl FnOnce(&mut TrueChain)) {

@@ -18,6 +18,10 @@ pub enum Hypothesis {
     StruckMass,
     /// The striker is heavier or lighter than stated.
     StrikerMass,
+    /// What carries the striker damps it.
+    StrikerDamping,
+    /// What carries the striker rubs it, with a force that does not depend on its speed.
+    StrikerFriction,
     /// The pictures' scale is another than stated.
     Scale,
     /// The striker meets body 1 in a contact of its own stiffness.
@@ -60,11 +64,13 @@ const MOST_NUMBERS: usize = 320;
 
 impl Hypothesis {
     /// All, simple ones first.
-    pub const ALL: [Self; 17] = [
+    pub const ALL: [Self; 19] = [
         Self::ContactStiffness,
         Self::BodyMass,
         Self::StruckMass,
         Self::StrikerMass,
+        Self::StrikerDamping,
+        Self::StrikerFriction,
         Self::Scale,
         Self::StrikerContact,
         Self::ContactLaw,
@@ -87,6 +93,8 @@ impl Hypothesis {
             Self::BodyMass => "all bodies had another mass than stated (chain.mass_kg)",
             Self::StruckMass => "body 1 alone had another mass than stated (chain.mass_kg)",
             Self::StrikerMass => "the striker had another mass than stated (striker.mass_kg)",
+            Self::StrikerDamping => "what carries the striker damped it",
+            Self::StrikerFriction => "dry friction held the striker back",
             Self::Scale => "the pictures had another scale than stated (camera.scale_px_per_m)",
             Self::StrikerContact => "the striker's contact had a stiffness of its own",
             Self::ContactLaw => "the contacts followed another curve than stated (contact.a, delta_0_m, p)",
@@ -113,6 +121,8 @@ impl Hypothesis {
             Self::StruckMass => &[Quantity::MassOfBody(1)],
             Self::StrikerMass => &[Quantity::StrikerMass],
             Self::ContactLaw => &[Quantity::Prefactor, Quantity::Softening],
+            Self::StrikerDamping => &[Quantity::StrikerGroundDamping],
+            Self::StrikerFriction => &[Quantity::StrikerFriction],
             Self::Scale => &[Quantity::Scale],
             Self::StrikerContact => &[Quantity::StrikerContact],
             Self::Friction => &[Quantity::Friction],

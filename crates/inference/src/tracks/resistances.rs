@@ -1,11 +1,11 @@
-//! Friction and drag among the shared unknowns of a fit.
+//! Friction, that of the striker, and drag among the shared unknowns of a fit.
 
 use chainwave_mechanics::Resistance;
 use nalgebra::DVector;
 
 use crate::quantity::Quantity;
 
-/// What resists the bodies among the shared unknowns.
+/// What resists bodies and striker among the shared unknowns.
 #[derive(Debug)]
 pub(super) struct SharedResistances {
     found: Vec<Found>,
@@ -48,12 +48,13 @@ impl SharedResistances {
     }
 }
 
-/// What resists the bodies, of quantities with their values.
+/// What resists bodies and striker, of quantities with their values.
 pub(super) fn resistance(values: impl Iterator<Item = (Quantity, f64)>) -> Resistance {
     values.fold(Resistance::default(), |mut sum, (quantity, value)| {
         match quantity {
             Quantity::Friction => sum.friction_n += value,
             Quantity::Drag => sum.drag_kg_per_m += value,
+            Quantity::StrikerFriction => sum.striker_friction_n += value,
             _ => {}
         }
         sum
