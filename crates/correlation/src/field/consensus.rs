@@ -9,7 +9,9 @@ use crate::field::pair::{ImagePair, Settled};
 use crate::field::seed::{LARGER, is_same_place};
 use crate::icgn::outcome::Match;
 use crate::search::area::SearchArea;
-use crate::search::chance::{correlation_length_px, fisher, is_told_by, n_independent, share_told};
+use crate::search::chance::{
+    correlation_length_px, expected_zncc, fisher, is_told_by, n_independent, share_told,
+};
 use crate::search::rivals::{Own, best_rival};
 use crate::search::template::Template;
 use crate::warp::Warp;
@@ -36,6 +38,9 @@ const FEW: f64 = 4.0;
 /// Mean correlation, after Fisher's transform, that noise takes little of (0.9): a subset of which half is hidden falls far below it, were its
 /// texture so coarse that chance can do much.
 const CLEAR: f64 = 1.47;
+/// Share of what noise leaves of a subset's correlation with itself, after Fisher's transform, from which on nothing is hidden of a group: half
+/// of a subset leaves 0.7 of it where noise leaves little, and less where it leaves more.
+const WHOLE: f64 = 0.85;
 /// Members of a group whose own texture is looked at.
 const N_ASKED: usize = 5;
 /// Places of the reference that resemble a subset most, and are matched.
@@ -200,41 +205,76 @@ impl Consensus<'_> {
         settled: &[Option<Settled>],
         reference: &SearchArea,
     ) -> Result<Support, Lost> {
-        let n_subsets =
-            (group.len() as f64 * (self.step_px / self.side_px()).powi(2)).clamp(1.0, MOST_INDEPENDENT);
         let asked = group.iter().step_by(group.len().div_ceil(N_ASKED));
         let asked: Vec<(usize, &Match)> =
             asked.filter_map(|&point| Some((point, settled[point].as_ref()?.0.as_ref().ok()?))).collect();
-        let itself = |&(point, found): &(usize, &Match)| {
-            stands(self.pair, self.places[point], found, mean, n_subsets, reference)
+        self.supported_by_itself(group, &asked, mean, reference).or_else(|reason| {
+            let around = self.supported_around(group, &asked, reference);
+            around.map(|()| Support::Around).map_err(|_| reason)
+        })
+    }
+
+    fn supported_by_itself(
+        &self,
+        group: &[usize],
+        asked: &[(usize, &Match)],
+        mean: f64,
+        reference: &SearchArea,
+    ) -> Result<Support, Lost> {
+        let subsets = asked.iter().map(|&(point, found)| Ok((self.pair.prepare(self.places[point])?, found)));
+        let subsets: Vec<(PreparedSubset, &Match)> = subsets.collect::<Result<_, Lost>>()?;
+        let n_subsets = self.n_apart(group, self.side_px()).min(MOST_INDEPENDENT);
+        let beyond = Beyond::chance(subsets.iter().map(|(subset, _)| subset), n_subsets);
+        let stands = |(subset, found): &(PreparedSubset, &Match)| {
+            beyond.is_exceeded(mean, self.pair, subset, found, reference)
         };
-        let around = |&(point, found): &(usize, &Match)| self.stands_around(point, found, reference);
-        let told = |&(point, _): &(usize, &Match)| self.is_told(point, mean, reference);
-        let stands = most(asked.iter().map(itself));
-        if stands.is_ok() && most(asked.iter().map(told)).is_ok() {
-            return Ok(Support::Itself);
-        }
-        most(asked.iter().map(around))
-            .map(|()| Support::Around)
-            .map_err(|reason| stands.err().unwrap_or(reason))
+        most(subsets.iter().map(stands))?;
+        let asked_whether = |is_so: &dyn Fn(&PreparedSubset) -> bool| {
+            let said = subsets.iter().map(|(subset, _)| is_so(subset));
+            most(said.map(|is_so| if is_so { Ok(()) } else { Err(Lost::LowCorrelation) }))
+        };
+        let is_told =
+            |subset: &PreparedSubset| mean >= CLEAR || is_told_by(mean, subset, reference.n_pixels() as f64);
+        // Of a group of which nothing is hidden by and large, something may be of some.
+        asked_whether(&is_told).map(|()| Support::Itself).or_else(|_| {
+            asked_whether(&|subset| n_subsets >= FEW && is_whole(mean, subset)).map(|()| Support::Around)
+        })
     }
 
-    /// Whether a subset that resembles the target as those of its group do would alone be told from chance by a search, or resemble it
-    /// much less where something else is seen.
-    fn is_told(&self, point: usize, mean: f64, reference: &SearchArea) -> Result<(), Lost> {
-        let subset = self.pair.prepare(self.places[point])?;
-        if mean >= CLEAR || is_told_by(mean, &subset, reference.n_pixels() as f64) {
-            Ok(())
-        } else {
-            Err(Lost::LowCorrelation)
-        }
+    /// The same of larger subsets around points of a group: each by itself, for it is matched for itself, or together where nothing is hidden
+    /// of them.
+    fn supported_around(
+        &self,
+        group: &[usize],
+        asked: &[(usize, &Match)],
+        reference: &SearchArea,
+    ) -> Result<(), Lost> {
+        let around = asked.iter().map(|&(point, found)| {
+            let around = self.seen_around(point, found)?;
+            let subset = around.larger.prepare(around.centre_px).ok()?;
+            Some((around, subset))
+        });
+        let around: Vec<Option<(Around<'_>, PreparedSubset)>> = around.collect();
+        let seen = || around.iter().flatten();
+        let n_seen = seen().count().max(1) as f64;
+        let of = |around: &Around<'_>| fisher(around.seen.position.zncc);
+        let mean = seen().map(|(around, _)| of(around)).sum::<f64>() / n_seen;
+        let n_subsets = self.n_apart(group, LARGER * self.side_px()).min(n_seen);
+        let together = Beyond::chance(seen().map(|(_, subset)| subset), n_subsets);
+        most(around.iter().map(|one| {
+            let (around, subset) = one.as_ref().ok_or(Lost::LowCorrelation)?;
+            let stands = |beyond: Beyond, correlation: f64| {
+                beyond.is_exceeded(correlation, &around.larger, subset, &around.seen, reference)
+            };
+            let alone = stands(Beyond::chance([subset], 1.0), of(around));
+            let are_whole = n_subsets >= FEW && is_whole(mean, subset);
+            alone.or_else(|reason| if are_whole { stands(together, mean) } else { Err(reason) })
+        }))
     }
 
-    /// The same for a larger subset around a point. It is matched for itself, so its own correlation counts, and not a group's.
-    fn stands_around(&self, point: usize, found: &Match, reference: &SearchArea) -> Result<(), Lost> {
-        let Around { larger, centre_px, seen } =
-            self.seen_around(point, found).ok_or(Lost::LowCorrelation)?;
-        stands(&larger, centre_px, &seen, fisher(seen.position.zncc), 1.0, reference)
+    /// How many subsets of a side a group holds that share no pixel, by its area.
+    fn n_apart(&self, group: &[usize], side_px: f64) -> f64 {
+        (group.len() as f64 * (self.step_px / side_px).powi(2)).max(1.0)
     }
 
     /// The match of a larger subset around a point that puts the point in its place; at an edge of either picture its centre lies
@@ -251,29 +291,59 @@ impl Consensus<'_> {
     }
 }
 
-/// Whether a mean correlation of so many subsets exceeds chance, and what the reference resembles itself, for the texture of a point.
-fn stands(
-    pair: &ImagePair<'_>,
-    place_px: [f64; 2],
-    found: &Match,
-    mean: f64,
-    n_subsets: f64,
-    reference: &SearchArea,
-) -> Result<(), Lost> {
-    let subset = pair.prepare(place_px)?;
+/// What the mean correlation of some subsets has to exceed, after Fisher's transform.
+#[derive(Debug, Clone, Copy)]
+struct Beyond {
+    /// What a search gains by chance.
+    by_search: f64,
+    /// By how much that, and anything else that they resemble, has to be exceeded.
+    slack: f64,
+}
+
+impl Beyond {
+    /// Chance, for as many subsets with textures like these, apart from each other.
+    fn chance<'a>(textures: impl IntoIterator<Item = &'a PreparedSubset>, n_subsets: f64) -> Self {
+        let variances = textures.into_iter().map(|subset| chance_sigma(subset, n_subsets).powi(2));
+        let variances: Vec<f64> = variances.collect();
+        let n = variances.len().max(1) as f64;
+        // The gain is the mean of the subsets' own, and the mean scatters by the mean of their variances.
+        let sigma = variances.iter().map(|variance| variance.sqrt()).sum::<f64>() / n;
+        let variance = variances.iter().sum::<f64>() / n;
+        Self { by_search: BY_SEARCH * sigma, slack: BEYOND_CHANCE * (variance / n_subsets).sqrt() }
+    }
+
+    /// Whether a mean correlation exceeds it, and what the reference resembles one of the subsets elsewhere.
+    fn is_exceeded(
+        self,
+        mean: f64,
+        pair: &ImagePair<'_>,
+        subset: &PreparedSubset,
+        found: &Match,
+        reference: &SearchArea,
+    ) -> Result<(), Lost> {
+        if mean < self.by_search + self.slack {
+            Err(Lost::LowCorrelation)
+        } else if mean < repeats(pair, subset, found, reference) + self.slack {
+            Err(Lost::Ambiguous)
+        } else {
+            Ok(())
+        }
+    }
+}
+
+/// Standard deviation of the correlation of a subset with something unrelated, after Fisher's transform, one of so many that are apart from
+/// each other.
+fn chance_sigma(subset: &PreparedSubset, n_subsets: f64) -> f64 {
     // The shape function brings as many spots onto others as it has pairs of parameters, which neighbours that agree would contradict.
     let (told, degrees_of_freedom) =
-        if n_subsets < FEW { (share_told(&subset), subset.settings.shape.n_parameters()) } else { (1.0, 0) };
-    let n_told = told * n_independent(&subset) - degrees_of_freedom as f64;
-    let sigma = (n_told - 3.0).max(1.0).sqrt().recip();
-    let beyond = BEYOND_CHANCE * sigma / n_subsets.sqrt();
-    if mean < BY_SEARCH * sigma + beyond {
-        Err(Lost::LowCorrelation)
-    } else if mean < repeats(pair, &subset, found, reference) + beyond {
-        Err(Lost::Ambiguous)
-    } else {
-        Ok(())
-    }
+        if n_subsets < FEW { (share_told(subset), subset.settings.shape.n_parameters()) } else { (1.0, 0) };
+    let n_told = told * n_independent(subset) - degrees_of_freedom as f64;
+    (n_told - 3.0).max(1.0).sqrt().recip()
+}
+
+/// Whether a mean correlation is so near to what noise leaves of a subset's with itself that nothing is hidden of most.
+fn is_whole(mean: f64, subset: &PreparedSubset) -> bool {
+    mean >= WHOLE * fisher(expected_zncc(subset))
 }
 
 /// How well the reference resembles a subset of its own somewhere else: within what a search near it sees from either of both, and
