@@ -183,11 +183,13 @@ impl ShapeError<'_> {
         let mut neighbours = Vec::with_capacity(around.len());
         for &other in around {
             let (Some(reading), Some(response)) = (&readings[other], &responses[other]) else { continue };
-            let Reading { u_px, sigma_px, shape, .. } = *reading;
+            let Reading { sigma_px, shape, .. } = *reading;
             let offset_px = [0, 1].map(|axis| self.places[other][axis] - centre[axis]);
             if own.is_parted_from(reading, offset_px, self.side_px()) {
                 continue;
             }
+            let turned_px = own.turned_px(offset_px);
+            let u_px = [0, 1].map(|axis| reading.u_px[axis] - turned_px[axis]);
             neighbours.push(Neighbour { offset_px, u_px, sigma_px, shape, response });
         }
         let shape = own.shape;

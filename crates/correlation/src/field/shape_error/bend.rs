@@ -65,17 +65,19 @@ fn squared(
         let spacing = apart as f64 * grid.step_px;
         terms.push((offset.map(|offset| offset as f64 * spacing), factor, readings[there].as_ref()?));
     }
+    let own = readings[point].as_ref()?;
     Some([0, 1].map(|axis| {
-        let (mut value, mut variance) = (0.0, 0.0);
+        let (mut value, mut variance, mut turning) = (0.0, 0.0, 0.0);
         for (place, factor, reading) in &terms {
-            value += factor * reading.u_px[axis];
+            value += factor * (reading.u_px[axis] - own.turned_px(*place)[axis]);
+            turning += factor * own.turning_px(*place)[axis];
             for (other_place, other_factor, other) in &terms {
                 let between = [place[0] - other_place[0], place[1] - other_place[1]];
                 let shared = noise_correlation([reading.shape, other.shape], between, side_px);
                 variance += factor * other_factor * shared * reading.sigma_px[axis] * other.sigma_px[axis];
             }
         }
-        value * value / variance
+        value * value / (variance + turning * turning * own.variance_of_turn(side_px))
     }))
 }
 

@@ -18,6 +18,31 @@ pub(super) struct Reading {
     pub(super) leaves_noise_alone: bool,
 }
 
+impl Reading {
+    /// What a rotation of its own moves a point by that lies so far from it; nothing where its shape function has none, or follows any gradient.
+    ///
+    /// What a rigid subset cannot follow is a strain of the turned body: the gradient of a large rotation has one on its diagonal, cos - 1.
+    pub(super) fn turned_px(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        if self.shape != Shape::Rigid {
+            return [0.0; 2];
+        }
+        let [ux, uy, vx, vy] = self.gradient;
+        [ux * x + uy * y, vx * x + vy * y]
+    }
+
+    /// How that changes with the rotation, in pixels per radian, along x and y.
+    pub(super) fn turning_px(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        let [turned_x, turned_y] = self.turned_px([x, y]);
+        if self.shape == Shape::Rigid { [-(y + turned_y), x + turned_x] } else { [0.0; 2] }
+    }
+
+    /// Variance of the rotation of a square subset of equal texture, in square radians.
+    pub(super) fn variance_of_turn(&self, side_px: f64) -> f64 {
+        let [x, y] = self.sigma_px;
+        0.5 * (x * x + y * y) / ((side_px * side_px - 1.0) / 6.0)
+    }
+}
+
 /// Columns and rows of a field.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::field) struct Grid {
