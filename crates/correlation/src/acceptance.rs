@@ -270,13 +270,18 @@ impl Standard {
         }
     }
 
+    /// Whether a correlation has suddenly fallen below what it was in the frames before.
+    pub(crate) fn has_fallen(&self, zncc: f64) -> bool {
+        has_fallen(zncc, self.usual.0)
+    }
+
     /// Whether a match from where the subset was expected is beyond doubt at once.
     pub(crate) fn is_clear(&self, zncc: f64) -> bool {
         match self.acceptance {
             Acceptance::Zncc(least) => zncc >= least,
             Acceptance::ByEvidence => {
                 let z = fisher(zncc);
-                zncc >= self.clear_zncc && z >= self.repeats + self.noise && z >= SUDDEN * self.usual.0
+                zncc >= self.clear_zncc && z >= self.repeats + self.noise && !self.has_fallen(zncc)
             }
         }
     }

@@ -105,7 +105,7 @@ pub use by_view::LeftByView;
 pub use clocks::{ClockOf, ClockShown};
 pub use error::StitchingError;
 pub use merge::merge;
-pub use outliers::{Evidence, Outlier, outliers};
+pub use outliers::{Evidence, Outlier, at_rest, outliers};
 pub use resample::power_passed;
 pub use response_sizes::ResponseSizes;
 pub use settings::{FirstBody, Settings};

@@ -23,18 +23,41 @@ const OUT_OF_PROPORTION: f64 = 10.0;
 /// Bodies move where their way is this many times its noise, frame for frame: below, likeness is that of noise.
 const MOVES_SIGMAS: f64 = 10.0;
 
-/// The recording farthest from all others, where that is out of proportion; of two, the one in which nothing moves while the other one's bodies do.
+/// A recording in which nothing moves, though one of its bodies does in another one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Resting {
+    /// Its place among the recordings.
+    pub(crate) index: usize,
+    /// Number of the body, from 1.
+    pub(crate) body: usize,
+    /// The place of the recording in which it moves the most, in standard uncertainties.
+    pub(crate) moves_in: usize,
+    /// How far it moves there while it rests here, in metres (rms).
+    pub(crate) way_m: f64,
+}
+
+/// Recordings in which nothing moves, though one of their bodies does at the same times in another, of any view.
+pub(crate) fn resting(recordings: &[&Observation], rest_until_s: f64) -> Vec<Resting> {
+    let ways: Vec<Way<'_>> = recordings.iter().map(|one| Way::of(one, rest_until_s)).collect();
+    let moving = |index: usize| {
+        let own = &ways[index];
+        let beside = ways.iter().enumerate().filter(|(other, _)| *other != index).flat_map(|(other, way)| {
+            let of_body = |row: usize| Some((row, way.within(row, own.observation.span_s()?)?));
+            own.bodies.iter().filter_map(move |(row, _)| of_body(*row)).map(move |found| (other, found))
+        });
+        let moves = beside.filter(|(_, (_, [way_m, noise_m]))| *way_m > MOVES_SIGMAS * noise_m);
+        let farthest = moves.max_by(|(_, (_, a)), (_, (_, b))| (a[0] * b[1]).total_cmp(&(b[0] * a[1])));
+        farthest.map(|(moves_in, (row, [way_m, _]))| Resting { index, body: row + 1, moves_in, way_m })
+    };
+    let rests = |index: &usize| !ways[*index].bodies.is_empty() && !ways[*index].moves();
+    (0..ways.len()).filter(rests).filter_map(moving).collect()
+}
+
+/// The recording farthest from all others, where that is out of proportion; it takes three to tell.
 pub(crate) fn oddest(recordings: &[&Observation], rest_until_s: f64) -> Option<Odd> {
     let ways: Vec<Way<'_>> = recordings.iter().map(|one| Way::of(one, rest_until_s)).collect();
-    let moves: Vec<bool> = ways.iter().map(Way::moves).collect();
-    match *moves {
-        [true, false] | [false, true] => {
-            let index = usize::from(moves[0]);
-            let apart = ways[0].apart(&ways[1])?;
-            return Some(Odd { index, apart, usual: 0.0 });
-        }
-        [_, _, ..] if moves.contains(&true) => {}
-        _ => return None,
+    if !ways.iter().any(Way::moves) {
+        return None;
     }
     let apart: Vec<f64> = ways
         .iter()
@@ -73,6 +96,19 @@ impl<'a> Way<'a> {
         let squares: f64 = readings().map(|at| at.value * at.value).sum();
         let noise: f64 = readings().map(|at| at.sigma * at.sigma).sum();
         squares > MOVES_SIGMAS.powi(2) * noise
+    }
+
+    /// Way and noise of a body within a span of time, in metres (rms over frames); none where it was not seen then.
+    fn within(&self, row: usize, (first_s, last_s): (f64, f64)) -> Option<[f64; 2]> {
+        let (_, samples) = self.bodies.iter().find(|(own, _)| *own == row)?;
+        let during = |time_s: f64| (first_s..=last_s).contains(&time_s);
+        let timed = samples.iter().zip(&self.observation.times_s);
+        let seen: Vec<&Estimate> =
+            timed.filter(|(_, time_s)| during(**time_s)).filter_map(|(at, _)| at.as_ref()).collect();
+        let rms = |of: fn(&Estimate) -> f64| {
+            (seen.iter().map(|at| of(at).powi(2)).sum::<f64>() / seen.len() as f64).sqrt()
+        };
+        (!seen.is_empty()).then(|| [rms(|at| at.value), rms(|at| at.sigma)])
     }
 
     /// Root of the mean square by which the two differ where both have a body, over that of the one that goes farther; none where they have none

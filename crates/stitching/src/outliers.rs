@@ -6,7 +6,7 @@ use chainwave_measurement::{Observation, median};
 
 use crate::by_trigger::SOUND_SCATTER;
 use crate::error::StitchingError;
-use crate::likeness::{Odd, oddest};
+use crate::likeness::{Odd, Resting, oddest, resting};
 use crate::merge::merge_as_read;
 use crate::settings::Settings;
 use crate::stitched::Stitched;
@@ -25,7 +25,7 @@ pub struct Outlier {
 }
 
 /// What speaks against a recording.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Evidence {
     /// Its view's recordings agree much better without it: rms scatter about a common motion, in units of the tracker's sigma.
@@ -42,7 +42,16 @@ pub enum Evidence {
         /// Median distance of the view's triggers, in seconds.
         usual_s: f64,
     },
-    /// Its bodies are far from where any other recording of its view has them: nothing moves in it, or something else does.
+    /// Nothing moves in it, though a body of it does in another recording at the same times: something else has set off the camera.
+    Rest {
+        /// Number of the body.
+        body: usize,
+        /// How far it moves there, in metres (rms).
+        way_m: f64,
+        /// That recording.
+        moves_in: String,
+    },
+    /// Its bodies are far from where any other recording of its view has them.
     Motion {
         /// Distance from the recording most like it, as a share of the way (rms over bodies and frames).
         apart: f64,
@@ -64,10 +73,16 @@ impl fmt::Display for Evidence {
                 1e3 * offset_s,
                 1e3 * usual_s
             ),
+            Self::Rest { body, way_m, moves_in } => write!(
+                f,
+                "nothing moves in it, while body {body} moves by {:.3} mm (rms) in {moves_in} at the same times (hint: did something else trigger \
+                 the camera?)",
+                1e3 * way_m
+            ),
             Self::Motion { apart, usual } => write!(
                 f,
                 "its bodies move otherwise than in all other trials of its view: {:.0} % of the way from the one most like it (rms), where {:.1} % \
-                 is usual (hint: nothing moves in a recording that something else has triggered)",
+                 is usual",
                 100.0 * apart,
                 100.0 * usual
             ),
@@ -86,6 +101,20 @@ const LATE_FRAMES: f64 = 5.0;
 const LATE_SIGMAS: f64 = 5.0;
 /// Fewer recordings than this do not tell by their scatter or their triggers which of them is wrong.
 const LEAST_TRIALS: usize = 4;
+
+/// Finds recordings in which nothing moves, though one of their bodies does in another recording at the same times, of any view. They contradict the
+/// others, and no response to the drive tells: it may be made of one recording alone.
+pub fn at_rest(observations: &[Observation], settings: &Settings) -> Vec<Outlier> {
+    let all: Vec<&Observation> = observations.iter().collect();
+    let found = resting(&all, settings.rest_until_s).into_iter();
+    let outlier = |Resting { index, body, moves_in, way_m }| Outlier {
+        index,
+        recording: observations[index].recording.clone(),
+        view: observations[index].view,
+        evidence: Evidence::Rest { body, way_m, moves_in: observations[moves_in].recording.clone() },
+    };
+    found.map(outlier).collect()
+}
 
 /// Finds recordings that contradict the others of their view: each view is merged alone, then without each of its recordings
 /// in turn. The one whose absence helps most is named if it helps enough, or else the one whose trigger is far from the others', and

@@ -113,9 +113,19 @@ impl FrameSearch<'_> {
             let clear = self.is_certain || self.standard.is_clear(L::seen(&found).zncc);
             if clear { Ok(found) } else { self.verified(frame, found, Origin::Expected(start), locate) }
         };
+        let turning = self.history.predict_turning().filter(|_| L::DEFORMS);
+        let has_fallen = first.is_ok_and(|found| self.standard.has_fallen(L::seen(&found).zncc));
+        // What resembles the reference far less all at once has been held by a side maximum rather than hidden, if the subset is where it would
+        // have turned to.
+        if let (true, Some(turning)) = (has_fallen, turning) {
+            let turned = locate.locate_expected(frame, turning);
+            if turned.is_ok_and(|found| self.standard.is_clear(L::seen(&found).zncc)) {
+                return turned;
+            }
+        }
         let found = believed(first, self.history.predict(), locate);
-        match (&found, self.history.predict_turning()) {
-            (Err(Lost::NotConverged | Lost::LowCorrelation), Some(turning)) if L::DEFORMS => {
+        match (&found, turning) {
+            (Err(Lost::NotConverged | Lost::LowCorrelation), Some(turning)) => {
                 let again = locate.locate_expected(frame, turning);
                 believed(again, turning, locate).or(found)
             }

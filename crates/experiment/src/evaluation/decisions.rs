@@ -110,7 +110,8 @@ fn left_out(evaluation: &Evaluation) -> Decision {
         "recordings left out",
         "a recording without which its view scatters at least three times less (and by more than 2 sigma with it), or whose motion comes \
          more than 5 frames and ten times the usual distance from the view's median, in views of four trials or more; or whose bodies are a \
-         third of the way and ten times the usual distance from all other trials of its view",
+         third of the way and ten times the usual distance from all other trials of its view; or in which nothing moves, though a body of it \
+         does in another recording",
     );
     let choice = if names.is_empty() { "none".into() } else { names.join(", ") };
     let evidence = if evidence.is_empty() { "every view's trials agree".into() } else { evidence.join("; ") };

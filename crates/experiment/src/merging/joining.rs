@@ -3,7 +3,7 @@
 use std::num::NonZero;
 
 use chainwave_measurement::{Observation, map_in_parallel};
-use chainwave_stitching::{Outlier, Settings, Stitched, StitchingError, merge, outliers};
+use chainwave_stitching::{Outlier, Settings, Stitched, StitchingError, at_rest, merge, outliers};
 
 use crate::finding::LeftOutRecording;
 
@@ -18,9 +18,13 @@ pub(crate) struct Joined {
 
 /// Places of the recordings that agree with the others of their view, and those that do not.
 pub(crate) fn sound(all: &[Observation], settings: &Settings) -> (Vec<usize>, Vec<Outlier>) {
-    let outliers = outliers_of_views(all, settings);
-    let is_sound = |index: &usize| outliers.iter().all(|outlier| outlier.index != *index);
-    ((0..all.len()).filter(is_sound).collect(), outliers)
+    let mut outliers = at_rest(all, settings);
+    let is_sound = |outliers: &[Outlier], index: &usize| outliers.iter().all(|one| one.index != *index);
+    let moving: Vec<usize> = (0..all.len()).filter(|index| is_sound(&outliers, index)).collect();
+    let of_views = outliers_of_views(&chosen(all, &moving), settings);
+    outliers.extend(of_views.into_iter().map(|one| Outlier { index: moving[one.index], ..one }));
+    outliers.sort_by_key(|outlier| outlier.index);
+    ((0..all.len()).filter(|index| is_sound(&outliers, index)).collect(), outliers)
 }
 
 /// Joins recordings. Where that fails for what one of them is, it is left out; else views that cannot be joined even alone, else the first one
