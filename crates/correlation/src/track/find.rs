@@ -114,23 +114,35 @@ impl FrameSearch<'_> {
             if clear { Ok(found) } else { self.verified(frame, found, Origin::Expected(start), locate) }
         };
         let turning = self.history.predict_turning().filter(|_| L::DEFORMS);
-        let has_fallen = first.is_ok_and(|found| self.standard.has_fallen(L::seen(&found).zncc));
-        // What resembles the reference far less all at once has been held by a side maximum rather than hidden, if the subset is where it would
-        // have turned to.
-        if let (true, Some(turning)) = (has_fallen, turning) {
-            let turned = locate.locate_expected(frame, turning);
-            if turned.is_ok_and(|found| self.standard.is_clear(L::seen(&found).zncc)) {
-                return turned;
-            }
-        }
         let found = believed(first, self.history.predict(), locate);
-        match (&found, turning) {
+        let found = match (&found, turning) {
             (Err(Lost::NotConverged | Lost::LowCorrelation), Some(turning)) => {
                 let again = locate.locate_expected(frame, turning);
                 believed(again, turning, locate).or(found)
             }
             _ => found,
-        }
+        }?;
+        let has_fallen = self.standard.has_fallen(L::seen(&found).zncc);
+        let better = has_fallen.then(|| self.beside_a_side_maximum(frame, turning, locate)).flatten();
+        Ok(better.unwrap_or(found))
+    }
+
+    /// A clear match of a subset that resembles its reference far less all at once where the iteration ended: it was held by a side maximum rather
+    /// than hidden, if the subset is where it would have turned to, or a search around where it is expected finds it.
+    fn beside_a_side_maximum<L: Locate>(
+        &self,
+        frame: usize,
+        turning: Option<Warp>,
+        locate: &mut L,
+    ) -> Option<L::Found> {
+        let is_clear = |found: &L::Found| self.standard.is_clear(L::seen(found).zncc);
+        let turned = turning.and_then(|start| locate.locate_expected(frame, start).ok()).filter(is_clear);
+        let searches = self.history.searches_near().into_iter();
+        turned.or_else(|| {
+            let searches = searches.filter(|search| L::DEFORMS || search.deformations.is_none());
+            let mut found = searches.filter_map(|search| self.by_search(frame, search, locate).ok());
+            found.find(is_clear)
+        })
     }
 
     /// A match of a subset that is lost since a few frames, where it would be had it gone on as it did: no search is needed that has so many places

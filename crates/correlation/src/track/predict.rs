@@ -175,6 +175,16 @@ impl History {
         }
     }
 
+    /// The searches around where the subset is expected: as it is, then turned.
+    pub(crate) fn searches_near(&self) -> [Search; 2] {
+        let around_px = self.predict().position_px;
+        [None, Some(Deformations::Turns)].map(|deformations| Search {
+            around_px,
+            reach: Reach::NEAR,
+            deformations,
+        })
+    }
+
     /// How far a subset is searched for that is lost for so many frames: a body that changes its velocity behind an obstacle comes out the
     /// farther from where it is expected the longer it is hidden.
     fn widened(n_lost: usize) -> Reach {
