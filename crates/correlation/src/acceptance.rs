@@ -5,10 +5,13 @@
 //! in the frames before, is believed at once. Any other match is held against its rivals: the places around it that resemble the subset
 //! most, each matched as it was itself. It is right where it resembles more than chance allows and none of them as much.
 
+mod around;
+
 use std::sync::OnceLock;
 
 use chainwave_measurement::{Lost, Recording, Region};
 
+use crate::acceptance::around::Around;
 use crate::middle::is_bare_in_middle;
 use crate::search::area::{Found, SearchArea};
 use crate::search::chance::{
@@ -116,6 +119,7 @@ pub(crate) struct Standard {
     twins: OnceLock<Vec<Alike>>,
     /// The frames of the reference.
     frames: ReferenceFrames,
+    around: Around,
     /// What noise may change a difference of correlations by.
     noise: f64,
     own_px: f64,
@@ -139,6 +143,7 @@ impl Standard {
             alike: Vec::new(),
             twins: OnceLock::new(),
             frames: frames.clone(),
+            around: Around::default(),
             noise: BEYOND_NOISE * (2.0 / subset.n_used as f64).sqrt(),
             own_px: correlation_length_px(subset),
             is_bare: is_bare_in_middle(subset),
@@ -324,7 +329,10 @@ impl Standard {
             }
             _ => chance_zncc(subset, n_trials, p),
         };
-        if found.zncc.is_nan() || found.zncc < by_chance {
+        let is_told = found.zncc >= by_chance
+            || !found.zncc.is_nan()
+                && self.around.tells((recording, &self.frames), frame, subset, &found, (n_trials, p));
+        if !is_told {
             return Err(Lost::LowCorrelation);
         }
         // Where it is not expected, what resembles the subset much less than the subset did itself is more likely a part of something else than

@@ -3,6 +3,7 @@
 pub(crate) mod area;
 pub(crate) mod chance;
 mod fourier;
+pub(crate) mod larger;
 pub(crate) mod light;
 pub(crate) mod patch;
 pub(crate) mod rivals;

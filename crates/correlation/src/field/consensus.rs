@@ -6,12 +6,12 @@ use chainwave_measurement::Lost;
 use crate::acceptance::{has_fallen, is_out_of_place};
 use crate::field::known::{NEAR_PX, neighbours};
 use crate::field::pair::{ImagePair, Settled};
-use crate::field::seed::{LARGER, is_same_place};
 use crate::icgn::outcome::Match;
 use crate::search::area::SearchArea;
 use crate::search::chance::{
     correlation_length_px, expected_zncc, fisher, is_told_by, n_independent, share_told,
 };
+use crate::search::larger::{LARGER, is_same_place};
 use crate::search::rivals::{Own, best_rival};
 use crate::search::template::Template;
 use crate::warp::Warp;

@@ -8,6 +8,7 @@ use crate::field::pair::{ImagePair, Settled};
 use crate::icgn::outcome::Match;
 use crate::search::area::SearchArea;
 use crate::search::chance::{RARE, chance_zncc, is_told};
+use crate::search::larger::{LARGER, is_same_place};
 use crate::search::patch::{Deformations, Patch};
 use crate::search::template::Template;
 use crate::warp::Warp;
@@ -19,13 +20,6 @@ const SPACING: usize = 4;
 const MAX_WHOLE_FAILURES: usize = 12;
 /// Reach of the patch that is searched for so, over half the subset's side: its square is cut from a turned one.
 const PATCH: f64 = 1.6;
-/// Factor by which a subset is larger that is looked at where noise leaves too little of a usual one.
-///
-/// A speckle of width s is shown a distance d r from where a template expects it that is off by an angle or a stretch of d. The template
-/// stands out of noise the most with a reach of about 1.6 s/d: twice the reach with half the step tells twice as much.
-pub(crate) const LARGER: f64 = 2.0;
-/// What the place of a point may differ by from that of the larger subset around it.
-const SAME_PX: f64 = 1.0;
 
 /// Candidates for seeds, in order.
 pub(crate) struct Seeds {
@@ -199,9 +193,4 @@ fn try_at(
         is_certain(&around, &seen) && is_same_place(found.warp().position_px, seen.warp().position_px)
     };
     (is_certain(subset, found) || is_certain_around()).then_some(settled)
-}
-
-/// Whether a larger subset around a point puts it where it was found.
-pub(crate) fn is_same_place(found_px: [f64; 2], around_px: [f64; 2]) -> bool {
-    (around_px[0] - found_px[0]).hypot(around_px[1] - found_px[1]) <= SAME_PX
 }
