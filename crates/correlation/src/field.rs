@@ -259,7 +259,13 @@ impl<'a> Growth<'a> {
     /// A point that was not found is lost for its own reason: it has no texture, or lies outside of the picture where the nearest point
     /// that was found expects it; else for what its match met.
     fn explain_the_rest(&mut self) {
-        let nearest = self.nearest_found();
+        let unprepared: Vec<Option<Lost>> = (0..self.settled.len())
+            .map(|point| match &self.settled[point] {
+                Some((Ok(_), _)) => None,
+                _ => self.pair.prepare(self.places[point]).err(),
+            })
+            .collect();
+        let nearest = self.nearest_found(&unprepared);
         for (point, nearest) in nearest.into_iter().enumerate() {
             let (reason, shape) = match &self.settled[point] {
                 Some((Ok(_), _)) => continue,
@@ -273,8 +279,8 @@ impl<'a> Growth<'a> {
                 _ => false,
             };
             // What shows no texture is lost for that, wherever it would be.
-            let reason = match (self.pair.prepare(self.places[point]), reason, nearest) {
-                (Err(reason), ..) => reason,
+            let reason = match (unprepared[point], reason, nearest) {
+                (Some(reason), ..) => reason,
                 (_, Lost::NotConverged | Lost::LowCorrelation, Some(from)) if leaves(from) => Lost::OutOfView,
                 (_, reason, _) => reason,
             };
@@ -282,15 +288,15 @@ impl<'a> Growth<'a> {
         }
     }
 
-    /// For each point one that was found, as few steps away as any.
-    fn nearest_found(&self) -> Vec<Option<usize>> {
+    /// For each point one that was found, as few steps away as any, over points with texture alone: behind bare ground lies another body.
+    fn nearest_found(&self, unprepared: &[Option<Lost>]) -> Vec<Option<usize>> {
         let is_found = |point: &usize| matches!(self.settled[*point], Some((Ok(_), _)));
         let mut open: VecDeque<usize> = (0..self.settled.len()).filter(is_found).collect();
         let mut nearest = vec![None; self.settled.len()];
         open.iter().for_each(|point| nearest[*point] = Some(*point));
         while let Some(point) = open.pop_front() {
             for neighbour in neighbours(point, self.n_columns, self.places.len()) {
-                if nearest[neighbour].is_none() {
+                if nearest[neighbour].is_none() && unprepared[neighbour].is_none() {
                     nearest[neighbour] = nearest[point];
                     open.push_back(neighbour);
                 }

@@ -20,6 +20,11 @@
 //! (less its mean), `s^2 (1 + c f)`, with `c = sum r^2 f / sum f^2` over the mean of r^2. S, a sum of squares over pixels,
 //! then has its terms multiplied with `1 + c f`, which for the centre adds `c sum (M^-1 Z')^2 f` to what s^2 multiplies.
 //!
+//! Where the target shows the subset smaller, several pixels of the reference share one of its pixels' noise. A sum of r with slow weights over the
+//! reference's pixels is 1/J times that over the target's, J of which lie on one of the reference's, so that C^2 becomes C^2 / J (J, the
+//! determinant of the warp); where it shows the subset larger, pixels between are not read, and G is the least. (Without it, intervals of 95 %
+//! held 82 % at half the length.)
+//!
 //! The reference's noise has no product with K: the filters are antisymmetric, D^T = -D, and n^T D n = 0. The noise in
 //! the gradient is white, so the target's interpolated noise multiplies it with variance G.
 
@@ -84,7 +89,8 @@ pub(crate) fn scales(subset: &PreparedSubset, warp: &Warp, residual: &Residual) 
     let variance = noise / degrees_of_freedom / share;
     let scale = variance / gain.powi(2);
     let [x, y] = foreseen.gradients();
-    [scale * (1.0 + gain.powi(2) / subset.n_averaged), scale * interpolation_gain / (x * y)]
+    let of_target = warp.area().recip().max(interpolation_gain);
+    [scale * (of_target + gain.powi(2) / subset.n_averaged), scale * interpolation_gain / (x * y)]
 }
 
 /// Pixels less the numbers that a match fits, with gain and offset of the light.

@@ -65,6 +65,12 @@ impl Warp {
         largest <= MOST && smallest >= MOST.recip()
     }
 
+    /// Pixels of the target on which one of the reference lies, at the centre: the determinant of the linear part, or its absolute value.
+    pub(crate) fn area(&self) -> f64 {
+        let [ux, uy, vx, vy] = self.gradient;
+        ((1.0 + ux) * (1.0 + vy) - uy * vx).abs()
+    }
+
     /// The angle by which the linear part turns, from x towards y, in radians: that of the rotation R in its polar decomposition F = R U.
     pub(crate) fn angle_rad(&self) -> f64 {
         let [ux, uy, vx, vy] = self.gradient;

@@ -125,6 +125,47 @@ fn a_field_of_rigid_subsets_turns_by_any_angle() {
     }
 }
 
+/// Where the picture shows the reference smaller, several of its pixels share one pixel's noise.
+#[test]
+fn intervals_hold_where_the_picture_is_smaller() {
+    let whole = Region::whole(SIZE[0], SIZE[1]);
+    let settings = Settings::default();
+    // Subsets that share no pixel.
+    let grid = FieldGrid { step_px: 34, half_px: 16 };
+    for scale in [0.5, 0.7, 1.0] {
+        let (mut n, mut n_held) = (0, 0);
+        for seed in 0..6 {
+            let speckle = Speckle::new(50 + seed, Speckle::RADIUS_PX);
+            let seen = |scale: f64, of: u64| {
+                let image = speckle.deformed(|[x, y]| {
+                    [CENTRE[0] + (x - CENTRE[0]) / scale, CENTRE[1] + (y - CENTRE[1]) / scale]
+                });
+                sense(&image.into_iter().map(|g| 0.5 * g).collect::<Vec<_>>(), 0.02, 2 * seed + of)
+            };
+            let reference = Reference::new(whole, seen(1.0, 0), 1).unwrap();
+            let window = Window::new(whole, &seen(scale, 1), settings.interpolation).unwrap();
+            let affine = ShapeChoice::Named(Shape::Affine);
+            let field =
+                correlate(&reference, &window, grid, &settings, affine, NonZero::<usize>::MIN, &|_| ());
+            for point in &field.unwrap().points {
+                let Ok(found) = &point.found else { continue };
+                let at = [
+                    (found.position.x_px, point.x_px, CENTRE[0]),
+                    (found.position.y_px, point.y_px, CENTRE[1]),
+                ];
+                for (at, own, centre) in at {
+                    n += 1;
+                    n_held +=
+                        usize::from((at.value - centre - scale * (own - centre)).abs() <= 1.96 * at.sigma);
+                }
+            }
+        }
+        println!("at {scale} of the length {n_held} of {n} hold");
+        // Four standard deviations of a share of 95 % of a thousand are 2.8 %.
+        assert!(n > 1000 && n_held as f64 > 0.922 * f64::from(n), "{scale}: {n_held} of {n}");
+    }
+}
+
 #[test]
 fn a_shift_is_no_rotation_and_tells_none() {
     let speckle = Speckle::new(5, Speckle::RADIUS_PX);
