@@ -14,8 +14,9 @@ const UNSUPPORTED_FORMATS: [UnsupportedFormat; 7] = [
     UnsupportedFormat {
         name: "a MATLAB file of version 7.3 (HDF5)",
         recognises: |head| head.starts_with(b"MATLAB 7.3"),
-        hint: "save the counts as .npy, in Python: numpy.save('frames.npy', h5py.File('FILE.mat')['NAME'][:]); or in MATLAB each \
-               frame by imwrite as 16-bit TIFF into a folder",
+        // HDF5 has MATLAB's dimensions in reverse: frames, columns, rows.
+        hint: "save the counts as .npy, frames first, in Python: numpy.save('frames.npy', \
+               h5py.File('FILE.mat')['NAME'][:].swapaxes(1, 2)); or in MATLAB each frame by imwrite as 16-bit TIFF into a folder",
     },
     UnsupportedFormat {
         name: "a MATLAB file",

@@ -133,10 +133,16 @@ fn refuse_colours(path: &Path, fields: &HeaderFields) -> Result<Option<String>, 
     Err(CameraError::Colour { path: path.into(), reason })
 }
 
-/// Whether a model's name has the part M, for monochrome, and not C, for colour, as in `FASTCAM SA-Z type 2100K-M-64GB`.
+/// Whether a model's name has the part M, for monochrome, and not C, for colour, as in `FASTCAM SA-Z type 2100K-M-64GB`; a number that follows the
+/// letter tells the memory.
 fn is_monochrome_model(name: &str) -> bool {
-    let has = |letter: &str| name.split(['-', ' ']).any(|part| part.eq_ignore_ascii_case(letter));
-    has("M") && !has("C")
+    let is = |part: &str, letter: char| {
+        let mut rest = part.chars();
+        rest.next().is_some_and(|first| first.eq_ignore_ascii_case(&letter))
+            && rest.all(|c| c.is_ascii_digit())
+    };
+    let has = |letter: char| name.split(['-', ' ']).any(|part| is(part, letter));
+    has('M') && !has('C')
 }
 
 fn refuse_other_files(path: &Path, fields: &HeaderFields) -> Result<(), CameraError> {
@@ -240,12 +246,20 @@ mod tests {
             "FASTCAM SA-Z type 2100K-M-64GB",
             "FASTCAM Mini AX200 type 900K-M-32GB",
             "FASTCAM SA5 model 1300K-M",
+            "FASTCAM SA5 model 775K-M3",
+            "FASTCAM SA-X2 type 480K-M4",
         ] {
             assert!(is_monochrome_model(name), "{name}");
         }
-        for name in
-            ["FASTCAM SA-Z type 2100K-C-64GB", "FASTCAM SA-Z", "FASTCAM Multi", "", "FASTCAM 1000K-M-C"]
-        {
+        for name in [
+            "FASTCAM SA-Z type 2100K-C-64GB",
+            "FASTCAM SA5 model 775K-C3",
+            "FASTCAM SA-Z",
+            "FASTCAM Multi",
+            "FASTCAM Mini",
+            "",
+            "FASTCAM 1000K-M-C",
+        ] {
             assert!(!is_monochrome_model(name), "{name}");
         }
     }

@@ -21,7 +21,7 @@ pub(super) fn expect_filled_in(path: &Path, text: &str) -> Result<(), Error> {
     let places = match lines.as_slice() {
         [] => return Ok(()),
         [one] => format!("line {one}"),
-        [first, others @ ..] => format!("line {first}, and lines {}", others.join(", ")),
+        [others @ .., last] => format!("lines {} and {last}", others.join(", ")),
     };
     Err(Error::Configuration {
         path: path.to_owned(),
@@ -40,6 +40,6 @@ mod tests {
         assert_eq!(told("# FILL_IN marks what is open\na = 1 # was FILL_IN\n"), Ok(()));
         assert!(told("a = FILL_IN\n").unwrap_err().contains("FILL_IN in line 1 ("));
         let several = told("b = 2\na = FILL_IN # c\nc = [FILL_IN, 1]\n").unwrap_err();
-        assert!(several.contains("line 2, and lines 3"), "{several}");
+        assert!(several.contains("lines 2 and 3"), "{several}");
     }
 }

@@ -13,6 +13,8 @@ const BESIDE: f64 = 0.1;
 const LIKE_A_BODY: f64 = 0.4;
 /// Share of the bodies that must lie on texture: what less do, noise makes.
 const LEAST_TEXTURED: f64 = 0.25;
+/// Share of the pixels under subsets that saturate, from which on that may be why they show no texture.
+const SATURATED: f64 = 0.1;
 /// Share of a subset that must be of use.
 const LEAST_USED: f64 = 0.5;
 
@@ -25,11 +27,19 @@ pub(super) fn off_texture(setup: &Setup, facts: &[Facts]) -> Result<Vec<Finding>
     let n_textured = places.iter().filter(|place| place.texture.is_some()).count();
     if let (Some(first), true) = (places.first(), (n_textured as f64) < LEAST_TEXTURED * places.len() as f64)
     {
+        let saturated = places.iter().map(|place| place.saturated).sum::<f64>() / places.len() as f64;
+        let of_light = match saturated > SATURATED {
+            true => format!(
+                "; {:.0} % of the pixels under them saturate (less light, a shorter exposure)",
+                100.0 * saturated
+            ),
+            false => String::new(),
+        };
         return Err(Error::Configuration {
             path: setup.path.clone(),
             message: format!(
                 "camera.first_body_px, the scale and stage_m: expected texture under the subsets of bodies, found it under {n_textured} of \
-                 {}, the first at ({:.1}, {:.1}) (hint: `chainwave inspect --sheet` shows where markers lie)",
+                 {}, the first at ({:.1}, {:.1}){of_light} (hint: `chainwave inspect --sheet` shows where markers lie)",
                 places.len(),
                 first.at_px[0],
                 first.at_px[1]

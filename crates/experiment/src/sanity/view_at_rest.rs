@@ -60,6 +60,8 @@ pub(super) struct Place {
     pub(super) at_px: [f64; 2],
     /// Texture, if there is any that places can be told by.
     pub(super) texture: Option<Texture>,
+    /// Share of the pixels there that saturate.
+    pub(super) saturated: f64,
 }
 
 /// The texture of a subset.
@@ -96,13 +98,15 @@ impl Facts {
             ShapeChoice::Named(shape) => shape,
             ShapeChoice::ByEvidence => Shape::Affine,
         };
-        let looked_at = Looked { width_px: info.width_px, picture: &picture, shape };
+        let looked_at =
+            Looked { width_px: info.width_px, picture: &picture, shape, full_scale: info.full_scale() };
         let reference =
             Reference::new(whole, picture.clone(), n_frames).ok()?.saturating_at(info.full_scale());
         let place = |body: i64, subset: &Subset| Place {
             body,
             at_px: [subset.x_px, subset.y_px],
             texture: looked_at.texture(&reference, subset),
+            saturated: looked_at.saturated(subset),
         };
         let beyond = [0, setup.experiment.chain.n_bodies as i64 + 1].into_iter().filter_map(|body| {
             let subset = subset_at(setup, body, &view.trial, info)?;
@@ -131,6 +135,7 @@ struct Looked<'a> {
     picture: &'a [f32],
     /// The shape function that subsets are followed with.
     shape: Shape,
+    full_scale: f64,
 }
 
 impl Looked<'_> {
@@ -142,20 +147,34 @@ impl Looked<'_> {
     }
 
     fn steepness(&self, subset: &Subset) -> f64 {
-        let (x, y) = (subset.x_px.round() as usize, subset.y_px.round() as usize);
-        let columns = x.saturating_sub(subset.half_width_px)..x + subset.half_width_px;
-        let rows = y.saturating_sub(subset.half_height_px)..y + subset.half_height_px;
-        let count = |column: usize, row: usize| {
-            self.picture.get(row * self.width_px + column).copied().map_or(0.0, f64::from)
-        };
         let (mut sum, mut n) = (0.0, 0.0);
-        for row in rows {
-            for column in columns.clone() {
-                let here = count(column, row);
-                sum += (count(column + 1, row) - here).powi(2) + (count(column, row + 1) - here).powi(2);
-                n += 2.0;
-            }
+        for [column, row] in places(subset) {
+            let here = self.count(column, row);
+            sum +=
+                (self.count(column + 1, row) - here).powi(2) + (self.count(column, row + 1) - here).powi(2);
+            n += 2.0;
         }
         sum / f64::max(n, 1.0)
     }
+
+    fn saturated(&self, subset: &Subset) -> f64 {
+        let (mut n_saturated, mut n) = (0.0, 0.0);
+        for [column, row] in places(subset) {
+            n += 1.0;
+            n_saturated += f64::from(u8::from(self.count(column, row) >= self.full_scale));
+        }
+        n_saturated / f64::max(n, 1.0)
+    }
+
+    fn count(&self, column: usize, row: usize) -> f64 {
+        self.picture.get(row * self.width_px + column).copied().map_or(0.0, f64::from)
+    }
+}
+
+/// Columns and rows of a subset's pixels.
+fn places(subset: &Subset) -> impl Iterator<Item = [usize; 2]> {
+    let (x, y) = (subset.x_px.round() as usize, subset.y_px.round() as usize);
+    let columns = x.saturating_sub(subset.half_width_px)..x + subset.half_width_px;
+    let rows = y.saturating_sub(subset.half_height_px)..y + subset.half_height_px;
+    rows.flat_map(move |row| columns.clone().map(move |column| [column, row]))
 }
