@@ -8,6 +8,7 @@ mod known;
 mod overlap;
 mod pair;
 mod plane;
+mod pulled;
 mod queue;
 mod seed;
 mod shape_error;
@@ -24,6 +25,7 @@ use crate::field::consensus::Consensus;
 use crate::field::halves::Halves;
 use crate::field::known::{Known, neighbours};
 use crate::field::pair::{ImagePair, Settled};
+use crate::field::pulled::widen_pulled;
 use crate::field::queue::Candidate;
 use crate::field::seed::Seeds;
 use crate::field::shape_error::ShapeError;
@@ -237,6 +239,8 @@ impl<'a> Growth<'a> {
         agree_on_shapes(&self.pair, &self.places, self.n_columns, n_threads, &mut self.settled);
         let is_mended = self.mend_parted(n_threads);
         self.take_off_shape_error(&is_mended, n_threads);
+        let side_px = (2 * self.pair.half_px + 1) as f64;
+        widen_pulled(&mut self.settled, &self.places, self.n_columns, self.step_px, side_px);
         let points = self.places.iter().zip(self.settled).filter_map(|(&[x_px, y_px], settled)| {
             settled.map(|(found, shape)| FieldPoint { x_px, y_px, found, shape })
         });

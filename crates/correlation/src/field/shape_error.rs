@@ -24,7 +24,7 @@ pub(super) mod bend;
 mod borne_out;
 pub(super) mod grid;
 mod local_fit;
-mod seen;
+pub(super) mod seen;
 
 use std::num::NonZero;
 

@@ -53,7 +53,7 @@ pub(in crate::field) struct Grid {
 
 impl Grid {
     /// The point so many columns and rows from another, if there is one.
-    pub(super) fn at(&self, point: usize, [columns, rows]: [i64; 2]) -> Option<usize> {
+    pub(in crate::field) fn at(&self, point: usize, [columns, rows]: [i64; 2]) -> Option<usize> {
         let place = |from: usize, by: i64, n: usize| {
             usize::try_from(from as i64 + by).ok().filter(|&place| place < n)
         };

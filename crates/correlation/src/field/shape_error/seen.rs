@@ -25,7 +25,7 @@ const OF_NOISE: f64 = 5.0;
 const LEAST_SHARE: usize = 20;
 
 /// The residuals of a field.
-pub(super) struct Residuals {
+pub(in crate::field) struct Residuals {
     /// Variance over what the reference's noise explains, where nothing else shows: 1, or less where that says too much.
     noise: f64,
     /// The same where a quarter of the subsets have less: where the target has more noise than the reference, or all subsets leave something.
@@ -34,7 +34,7 @@ pub(super) struct Residuals {
 }
 
 impl Residuals {
-    pub(super) fn of(settled: &[Option<Settled>], side_px: f64) -> Self {
+    pub(in crate::field) fn of(settled: &[Option<Settled>], side_px: f64) -> Self {
         let ratio = |settled: &Option<Settled>| match settled {
             Some((Ok(found), _)) => Some(found.noise_ratio),
             _ => None,
@@ -56,7 +56,7 @@ impl Residuals {
     }
 
     /// What the residuals leave to a systematic error along x and y, at most.
-    pub(super) fn left_at_most_px(&self, found: &Match) -> [f64; 2] {
+    pub(in crate::field) fn left_at_most_px(&self, found: &Match) -> [f64; 2] {
         let share = 1.0 - self.noise * (1.0 - self.by_chance()) / found.noise_ratio;
         let share = if share.is_finite() { share.clamp(0.0, 1.0) } else { 1.0 };
         [found.position.x_px, found.position.y_px]
@@ -64,7 +64,7 @@ impl Residuals {
     }
 
     /// Whether they need nothing but noise.
-    pub(super) fn are_noise_alone(&self, found: &Match) -> bool {
+    pub(in crate::field) fn are_noise_alone(&self, found: &Match) -> bool {
         found.noise_ratio < self.usual * (1.0 + self.by_chance())
     }
 }
