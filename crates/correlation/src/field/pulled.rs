@@ -122,7 +122,7 @@ fn foretold(
                 let bend = 0.25 * (before.along(axis, *offset) - behind.along(axis, *offset));
                 [mean + bend, 0.5 * before.sigma_px[axis].hypot(behind.sigma_px[axis])]
             };
-            middle(used.clone().map(foretold).collect(), LEAST_PAIRS)
+            middle(&used.clone().map(foretold).collect::<Vec<_>>(), LEAST_PAIRS)
         };
         Some([of_axis(0)?, of_axis(1)?])
     };
@@ -134,7 +134,7 @@ fn foretold(
                 let reach = 12.0_f64.sqrt() * offset[0].hypot(offset[1]) / side_px;
                 [one.u_px[axis] - one.along(axis, *offset), one.sigma_px[axis] * 1.0_f64.hypot(reach)]
             };
-            middle(used.clone().map(foretold).collect(), LEAST_SINGLES)
+            middle(&used.clone().map(foretold).collect::<Vec<_>>(), LEAST_SINGLES)
         };
         Some([of_axis(0)?, of_axis(1)?])
     };
@@ -143,7 +143,7 @@ fn foretold(
 }
 
 /// The median of some values, each with its noise, and how uncertain it is; none of fewer than so many.
-fn middle(values: Vec<[f64; 2]>, least: usize) -> Option<Estimate> {
+fn middle(values: &[[f64; 2]], least: usize) -> Option<Estimate> {
     if values.len() < least {
         return None;
     }

@@ -2,10 +2,13 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on should panic")]
 
+mod clocks;
+mod outliers;
+#[path = "../support/mod.rs"]
 mod support;
 
 use chainwave_measurement::{BodyTrack, Estimate, Observation, SharedReadingError, TrackDeviation};
-use chainwave_stitching::{ClockOf, ClockShown, Settings, Stitched, at_rest, merge, outliers};
+use chainwave_stitching::{Settings, Stitched, merge};
 use rand::SeedableRng;
 use rand_distr::{Distribution, Normal};
 use rand_pcg::Pcg64Mcg;
@@ -407,156 +410,4 @@ fn contradictions_are_refused() {
     // By some of its lengths, and by more than recordings of one impact may be apart.
     assert!(late_by(0.1).contains("rest"), "{}", late_by(0.1));
     assert!(late_by(1.0).contains("clock"), "{}", late_by(1.0));
-}
-
-/// Recordings in which nothing moves, and those that contradict the others of their view.
-fn found_outliers(observations: &[Observation]) -> Vec<String> {
-    let settings = Settings::new(N_BODIES, 2.0 * FRAME_S);
-    let resting = at_rest(observations, &settings);
-    let mut observations = observations.to_vec();
-    observations.retain(|one| resting.iter().all(|resting| resting.recording != one.recording));
-    let found = outliers(&observations, &settings).unwrap();
-    resting.into_iter().chain(found).map(|outlier| outlier.recording).collect()
-}
-
-#[test]
-fn sound_trials_are_kept() {
-    for seed in 20..40 {
-        assert!(found_outliers(&experiment(seed).observations).is_empty(), "seed {seed}");
-        let noisy = filmed(seed, 0.0, 10.0 * NOISE_M);
-        assert!(found_outliers(&noisy.observations).is_empty(), "seed {seed}, ten times the noise");
-    }
-}
-
-#[test]
-fn a_trial_struck_harder_is_no_outlier_but_corrected() {
-    for seed in 0..10 {
-        let experiment = struck_harder(seed);
-        assert!(found_outliers(&experiment.observations).is_empty(), "seed {seed}");
-        let errors = errors(&experiment, &stitch(&experiment.observations));
-        let inside = errors.iter().filter(|(error, sigma)| error.abs() <= 1.96 * sigma).count();
-        // Shared errors: the share of one experiment scatters.
-        assert!(inside as f64 > 0.8 * errors.len() as f64, "seed {seed}: {inside} of {}", errors.len());
-    }
-}
-
-#[test]
-fn bodies_under_wrong_names_and_a_wrong_frame_rate_are_named() {
-    for seed in 0..10 {
-        let mut observations = experiment(seed).observations;
-        // View 1 trial 2 holds a file of view 2: bodies 3 to 5 are in truth 5 to 7.
-        let other = observations[12].bodies.clone();
-        for (track, wrong) in observations[7].bodies.iter_mut().zip(other) {
-            track.position_m = wrong.position_m;
-        }
-        // View 0 trial 3 was filmed 2 % slower than its header says.
-        observations[3].times_s.iter_mut().for_each(|time_s| *time_s *= 1.02);
-        assert_eq!(found_outliers(&observations), ["view0 trial3", "view1 trial2"], "seed {seed}");
-    }
-}
-
-/// With five trials that are struck alike, a response to the drive follows one in which nothing moves, or no more from some frame on, alone.
-#[test]
-fn a_trial_in_which_nothing_moves_is_told_apart() {
-    let stands = |observation: &mut Observation, from: usize| {
-        for track in &mut observation.bodies {
-            let stands_m = track.position_m[from].unwrap().value;
-            for position in track.position_m.iter_mut().skip(from) {
-                // Noise of its own: the last digits of what was filmed.
-                let was = position.unwrap();
-                *position = Some(Estimate::new(stands_m + was.value % NOISE_M, was.sigma));
-            }
-        }
-    };
-    for seed in 0..5 {
-        for (view, n_trials, from) in
-            [(0, 5, 0), (1, 5, 0), (1, 3, 0), (1, 2, 0), (1, 1, 0), (0, 5, 60), (1, 5, 60), (1, 3, 60)]
-        {
-            let mut observations = experiment(seed).observations;
-            observations.retain(|one| one.view != view || one.trial < n_trials);
-            let odd = observations.iter_mut().rfind(|one| one.view == view).unwrap();
-            stands(odd, from);
-            let name = odd.recording.clone();
-            assert_eq!(
-                found_outliers(&observations),
-                [name],
-                "seed {seed}, {n_trials} trials, from frame {from} on"
-            );
-        }
-        // A whole view, whose outer bodies other views show.
-        let mut observations = experiment(seed).observations;
-        observations.iter_mut().filter(|one| one.view == 1).for_each(|one| stands(one, 0));
-        assert_eq!(found_outliers(&observations).len(), 5, "seed {seed}");
-    }
-}
-
-#[test]
-fn a_trigger_out_of_proportion_is_an_outlier_unless_it_is_stated_to_scatter_so() {
-    for seed in 0..5 {
-        let mut observations = experiment(seed).observations;
-        let late_s = 30.0 * FRAME_S;
-        observations[7].times_s.iter_mut().for_each(|time_s| *time_s += late_s);
-        assert_eq!(found_outliers(&observations), ["view1 trial2"], "seed {seed}");
-        // Five standard deviations are usual, and it is late by four.
-        let stated =
-            Settings { trigger_sigma_s: Some(0.25 * late_s), ..Settings::new(N_BODIES, 2.0 * FRAME_S) };
-        assert!(outliers(&observations, &stated).unwrap().is_empty(), "seed {seed}");
-    }
-}
-
-/// What readings say of clocks, whose stamps are so much shorter than they should be.
-fn clocks(seed: u64, excess: impl Fn(&Observation) -> f64) -> Vec<ClockShown> {
-    let mut experiment = experiment(seed);
-    for observation in &mut experiment.observations {
-        let stated = (1.0 + excess(observation)).recip();
-        observation.times_s.iter_mut().for_each(|time_s| *time_s *= stated);
-    }
-    let settings = Settings { asks_for_clocks: true, ..Settings::new(N_BODIES, 2.0 * FRAME_S) };
-    merge(&experiment.observations, &settings).unwrap().clocks
-}
-
-#[test]
-fn clocks_that_are_right_are_told_to_be_so() {
-    let mut squares = [(0.0, 0), (0.0, 0)];
-    for seed in 1..=20 {
-        for shown in clocks(seed, |_| 0.0) {
-            let (sum, n) = &mut squares[usize::from(matches!(shown.of, ClockOf::Recording(_)))];
-            *sum += (shown.excess.value / shown.excess.sigma).powi(2);
-            *n += 1;
-        }
-    }
-    let [of_views, of_recordings] = squares.map(|(sum, n)| (sum / f64::from(n), n));
-    assert_eq!((of_views.1, of_recordings.1), (60, 300));
-    // The middle view's clock follows from those of both others: 40 independent squares, whose mean has a standard deviation of 0.22; that sigmas never
-    // fall below the noise's makes it less.
-    assert!((0.2..1.9).contains(&of_views.0), "{of_views:?}");
-    // Trials of a view leave two independent squares of five in each stretch, and what the fit of drives leaves to be said; 120 squares have 0.13. Orders of the response
-    // that are not fitted widen them.
-    assert!((0.2..3.0).contains(&of_recordings.0), "{of_recordings:?}");
-}
-
-#[test]
-fn the_clock_of_a_view_is_found_with_its_uncertainty() {
-    let off = 1e-3;
-    for seed in 1..=10 {
-        let shown = clocks(seed, |one| if one.view == 2 { off } else { 0.0 });
-        let best = shown.iter().max_by(|a, b| a.gain.total_cmp(&b.gain)).unwrap();
-        assert_eq!(best.of, ClockOf::View(2), "seed {seed}: {shown:?}");
-        // The first step of several: what the pattern bends by is left, a tenth of it at most, and four sigmas.
-        let error = (best.excess.value - off).abs();
-        assert!(error < 0.1 * off + 4.0 * best.excess.sigma, "seed {seed}: {best:?}");
-    }
-}
-
-#[test]
-fn the_clock_of_one_trial_is_found_among_the_others() {
-    let off = 1e-3;
-    for seed in 1..=10 {
-        let shown = clocks(seed, |one| if one.recording == "view1 trial3" { off } else { 0.0 });
-        let best = shown.iter().max_by(|a, b| a.gain.total_cmp(&b.gain)).unwrap();
-        let told = shown.iter().find(|one| one.of == ClockOf::Recording("view1 trial3".into())).unwrap();
-        // Two trials whose drives are extreme take up each other's clocks: the true one explains nine tenths of what the best does at least.
-        assert!(told.gain > 0.9 * best.gain, "seed {seed}: {shown:?}");
-        assert!((told.excess.value - off).abs() < 0.3 * off, "seed {seed}: {told:?}");
-    }
 }
