@@ -160,7 +160,8 @@ mod tests {
         let (expected, by_library) = (added(last), found.derivatives[0].displacement_m[(5, last)]);
         // What is linear in a change of 4 mN beside some 100 N is right to a few parts in ten thousand.
         assert!((by_library / expected - 1.0).abs() < 1e-3, "{by_library:e} of {expected:e}");
-        assert!(expected < -1e-7, "{expected:e}");
+        // A force of 4 mN for 4 ms takes 4 um/s from a striker of 4.3 g, and hundredths of a micrometre from the last of six bodies.
+        assert!(expected < -1e-8, "{expected:e}");
     }
 
     fn agrees_with_the_library(chain: &Chain) {
