@@ -48,7 +48,7 @@ fn a_folder_of_recordings_becomes_an_experiment_to_fill_in() {
     let experiment = folder.path().join("experiment.toml");
     let message =
         fail(chainwave().arg("run").arg(&experiment).arg("--out").arg(folder.path().join("out")), 2);
-    assert!(message.contains("FILL_IN") && message.contains("line "), "{message}");
+    assert!(message.contains("FILL_IN") && message.contains("in lines "), "{message}");
 
     let message = fail(chainwave().arg("init").arg(folder.path()), 2);
     assert!(message.contains("overwrites nothing"), "{message}");

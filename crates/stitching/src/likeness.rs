@@ -20,6 +20,9 @@ pub(crate) struct Odd {
 const LEAST_APART: f64 = 1.0 / 3.0;
 /// ...and this many times as far as is usual.
 const OUT_OF_PROPORTION: f64 = 10.0;
+/// A body moves elsewhere and rests here where its way there is this many times that here: one that the wave has just come to when a recording ends may
+/// have moved in one and not yet in another.
+const RESTS: f64 = 100.0;
 /// Bodies move where their way is this many times its noise, frame for frame: below, likeness is that of noise.
 const MOVES_SIGMAS: f64 = 10.0;
 
@@ -42,7 +45,11 @@ pub(crate) fn resting(recordings: &[&Observation], rest_until_s: f64) -> Vec<Res
     let moving = |index: usize| {
         let own = &ways[index];
         let beside = ways.iter().enumerate().filter(|(other, _)| *other != index).flat_map(|(other, way)| {
-            let of_body = |row: usize| Some((row, way.within(row, own.observation.span_s()?)?));
+            let of_body = |row: usize| {
+                let span_s = own.observation.span_s()?;
+                let ([own_m, _], found) = (own.within(row, span_s)?, way.within(row, span_s)?);
+                (found[0] > RESTS * own_m).then_some((row, found))
+            };
             own.bodies.iter().filter_map(move |(row, _)| of_body(*row)).map(move |found| (other, found))
         });
         let moves = beside.filter(|(_, (_, [way_m, noise_m]))| *way_m > MOVES_SIGMAS * noise_m);
