@@ -66,21 +66,19 @@ pub(crate) fn oddest(recordings: &[&Observation], rest_until_s: f64) -> Option<O
     if !ways.iter().any(Way::moves) {
         return None;
     }
-    let apart: Vec<f64> = ways
-        .iter()
-        .enumerate()
-        .filter_map(|(i, own)| {
-            let others = ways.iter().enumerate().filter(|(j, _)| *j != i);
-            others.filter_map(|(_, other)| own.apart(other)).min_by(f64::total_cmp)
-        })
-        .collect();
-    if apart.len() < ways.len().max(3) {
+    let nearest = |index: usize| {
+        let others = ways.iter().enumerate().filter(|(other, _)| *other != index);
+        others.filter_map(|(_, other)| ways[index].apart(other)).min_by(f64::total_cmp)
+    };
+    let apart: Vec<(usize, f64)> =
+        (0..ways.len()).filter_map(|index| Some((index, nearest(index)?))).collect();
+    if apart.len() < 3 {
         return None;
     }
-    let usual = median(apart.clone())?;
-    let index = (0..apart.len()).max_by(|a, b| apart[*a].total_cmp(&apart[*b]))?;
-    let is_odd = apart[index] > LEAST_APART.max(OUT_OF_PROPORTION * usual);
-    is_odd.then_some(Odd { index, apart: apart[index], usual })
+    let usual = median(apart.iter().map(|(_, apart)| *apart).collect())?;
+    let (index, apart) = apart.into_iter().max_by(|(_, a), (_, b)| a.total_cmp(b))?;
+    let is_odd = apart > LEAST_APART.max(OUT_OF_PROPORTION * usual);
+    is_odd.then_some(Odd { index, apart, usual })
 }
 
 /// The displacements of a recording's bodies.
@@ -118,13 +116,13 @@ impl<'a> Way<'a> {
         (!seen.is_empty()).then(|| [rms(|at| at.value), rms(|at| at.sigma)])
     }
 
-    /// Root of the mean square by which the two differ where both have a body, over that of the one that goes farther; none where they have none
-    /// in common.
+    /// Root of the mean square by which the two differ where both have a body, over that of the one that goes farther; none where neither moves at
+    /// the times that they have in common.
     fn apart(&self, other: &Self) -> Option<f64> {
         let frame_s = self.observation.frame_interval_s().max(other.observation.frame_interval_s());
         let nearest = self.observation.times_s.iter().map(|time_s| other.nearest(*time_s, frame_s));
         let nearest: Vec<Option<usize>> = nearest.collect();
-        let (mut between, mut own, mut others) = (0.0, 0.0, 0.0);
+        let (mut between, mut own, mut others, mut noise) = (0.0, 0.0, 0.0, 0.0);
         for (row, samples) in &self.bodies {
             let Some((_, theirs)) = other.bodies.iter().find(|(other, _)| other == row) else { continue };
             for (sample, nearest) in samples.iter().zip(&nearest) {
@@ -133,10 +131,11 @@ impl<'a> Way<'a> {
                 between += (sample.value - their.value).powi(2);
                 own += sample.value.powi(2);
                 others += their.value.powi(2);
+                noise += sample.sigma.powi(2).max(their.sigma.powi(2));
             }
         }
         let farther = own.max(others);
-        (farther > 0.0).then(|| (between / farther).sqrt())
+        (farther > MOVES_SIGMAS.powi(2) * noise).then(|| (between / farther).sqrt())
     }
 
     /// The frame nearest to a time, if that is within a frame.
