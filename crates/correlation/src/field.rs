@@ -239,8 +239,7 @@ impl<'a> Growth<'a> {
         agree_on_shapes(&self.pair, &self.places, self.n_columns, n_threads, &mut self.settled);
         let is_mended = self.mend_parted(n_threads);
         self.take_off_shape_error(&is_mended, n_threads);
-        let side_px = (2 * self.pair.half_px + 1) as f64;
-        widen_pulled(&mut self.settled, &self.places, self.n_columns, self.step_px, side_px);
+        widen_pulled(&self.pair, &self.places, self.n_columns, self.step_px, &mut self.settled);
         let points = self.places.iter().zip(self.settled).filter_map(|(&[x_px, y_px], settled)| {
             settled.map(|(found, shape)| FieldPoint { x_px, y_px, found, shape })
         });

@@ -268,6 +268,9 @@ impl<'a> Studio<'a> {
         let dampings = [self.synthetic.damping_kg_per_s.get(), self.synthetic.c_s_kg_per_s()];
         let stated = self.experiment.chain_driven(draw.striker_velocity_m_per_s, dampings, duration_s)?;
         let chain = Chain { mass_kg: self.masses_kg.clone(), contact: self.contact.clone(), ..stated };
+        if let (Some(truth), Some(drive)) = (&self.synthetic.chain, self.experiment.driven_otherwise()) {
+            truth.expect_no_striker_held_back(drive)?;
+        }
         let (model, resistance) = match &self.synthetic.chain {
             Some(truth) => (truth.of(chain), truth.resistance()),
             None => (chain, Resistance::default()),

@@ -2,7 +2,7 @@
 
 use chainwave_measurement::{Estimate, Observation, median};
 
-use crate::rest::displacement_from_rest;
+use crate::rest::{Displacement, displacement_from_rest};
 
 /// A recording whose bodies move otherwise than in all others.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -15,13 +15,15 @@ pub(crate) struct Odd {
     pub(crate) usual: f64,
 }
 
-/// A recording is odd when it is this share of the way from the one most like it: a strike that is a third harder is no repetition, and what the square of a third
-/// leaves of a motion, a tenth, no response that is linear in the strike explains...
+/// A recording is odd when it is this share of the way from the one most like it: a strike that is a third harder is no repetition, and what
+/// the square of a third leaves of a motion, a tenth, no response that is linear in the strike explains...
 const LEAST_APART: f64 = 1.0 / 3.0;
 /// ...and this many times as far as is usual.
 const OUT_OF_PROPORTION: f64 = 10.0;
-/// A body moves elsewhere and rests here where its way there is this many times that here: one that the wave has just come to when a recording ends may
-/// have moved in one and not yet in another.
+/// Recordings that can be compared from which on one of them is told to be odd.
+const LEAST_COMPARED: usize = 3;
+/// A body moves elsewhere and rests here where its way there is this many times that here: one that the wave has just come to when a
+/// recording ends may have moved in one and not yet in another.
 const RESTS: f64 = 100.0;
 /// Bodies move where their way is this many times its noise, frame for frame: below, likeness is that of noise.
 const MOVES_SIGMAS: f64 = 10.0;
@@ -50,7 +52,7 @@ pub(crate) fn resting(recordings: &[&Observation], rest_until_s: f64) -> Vec<Res
                 let ([own_m, _], found) = (own.within(row, span_s)?, way.within(row, span_s)?);
                 (found[0] > RESTS * own_m).then_some((row, found))
             };
-            own.bodies.iter().filter_map(move |(row, _)| of_body(*row)).map(move |found| (other, found))
+            own.bodies.iter().filter_map(move |body| of_body(body.row)).map(move |found| (other, found))
         });
         let moves = beside.filter(|(_, (_, [way_m, noise_m]))| *way_m > MOVES_SIGMAS * noise_m);
         let farthest = moves.max_by(|(_, (_, a)), (_, (_, b))| (a[0] * b[1]).total_cmp(&(b[0] * a[1])));
@@ -60,7 +62,7 @@ pub(crate) fn resting(recordings: &[&Observation], rest_until_s: f64) -> Vec<Res
     (0..ways.len()).filter(rests).filter_map(moving).collect()
 }
 
-/// The recording farthest from all others, where that is out of proportion; it takes three to tell.
+/// The recording farthest from all others, where that is out of proportion.
 pub(crate) fn oddest(recordings: &[&Observation], rest_until_s: f64) -> Option<Odd> {
     let ways: Vec<Way<'_>> = recordings.iter().map(|one| Way::of(one, rest_until_s)).collect();
     if !ways.iter().any(Way::moves) {
@@ -72,7 +74,7 @@ pub(crate) fn oddest(recordings: &[&Observation], rest_until_s: f64) -> Option<O
     };
     let apart: Vec<(usize, f64)> =
         (0..ways.len()).filter_map(|index| Some((index, nearest(index)?))).collect();
-    if apart.len() < 3 {
+    if apart.len() < LEAST_COMPARED {
         return None;
     }
     let usual = median(apart.iter().map(|(_, apart)| *apart).collect())?;
@@ -84,20 +86,22 @@ pub(crate) fn oddest(recordings: &[&Observation], rest_until_s: f64) -> Option<O
 /// The displacements of a recording's bodies.
 struct Way<'a> {
     observation: &'a Observation,
-    /// Number of each body, and where it is in each frame.
-    bodies: Vec<(usize, Vec<Option<Estimate>>)>,
+    bodies: Vec<Displacement>,
 }
 
 impl<'a> Way<'a> {
     /// Of the bodies that were seen at rest.
     fn of(observation: &'a Observation, rest_until_s: f64) -> Self {
         let displaced = |track| displacement_from_rest(observation, track, rest_until_s).ok();
-        let bodies = observation.bodies.iter().filter_map(displaced);
-        Self { observation, bodies: bodies.map(|body| (body.row, body.samples)).collect() }
+        Self { observation, bodies: observation.bodies.iter().filter_map(displaced).collect() }
+    }
+
+    fn body(&self, row: usize) -> Option<&Displacement> {
+        self.bodies.iter().find(|body| body.row == row)
     }
 
     fn moves(&self) -> bool {
-        let readings = || self.bodies.iter().flat_map(|(_, samples)| samples).flatten();
+        let readings = || self.bodies.iter().flat_map(|body| &body.samples).flatten();
         let squares: f64 = readings().map(|at| at.value * at.value).sum();
         let noise: f64 = readings().map(|at| at.sigma * at.sigma).sum();
         squares > MOVES_SIGMAS.powi(2) * noise
@@ -105,7 +109,7 @@ impl<'a> Way<'a> {
 
     /// Way and noise of a body within a span of time, in metres (rms over frames); none where it was not seen then.
     fn within(&self, row: usize, (first_s, last_s): (f64, f64)) -> Option<[f64; 2]> {
-        let (_, samples) = self.bodies.iter().find(|(own, _)| *own == row)?;
+        let Displacement { samples, .. } = self.body(row)?;
         let during = |time_s: f64| (first_s..=last_s).contains(&time_s);
         let timed = samples.iter().zip(&self.observation.times_s);
         let seen: Vec<&Estimate> =
@@ -123,10 +127,10 @@ impl<'a> Way<'a> {
         let nearest = self.observation.times_s.iter().map(|time_s| other.nearest(*time_s, frame_s));
         let nearest: Vec<Option<usize>> = nearest.collect();
         let (mut between, mut own, mut others, mut noise) = (0.0, 0.0, 0.0, 0.0);
-        for (row, samples) in &self.bodies {
-            let Some((_, theirs)) = other.bodies.iter().find(|(other, _)| other == row) else { continue };
-            for (sample, nearest) in samples.iter().zip(&nearest) {
-                let their = nearest.and_then(|frame| theirs.get(frame)?.as_ref());
+        for body in &self.bodies {
+            let Some(theirs) = other.body(body.row) else { continue };
+            for (sample, nearest) in body.samples.iter().zip(&nearest) {
+                let their = nearest.and_then(|frame| theirs.samples.get(frame)?.as_ref());
                 let (Some(sample), Some(their)) = (sample, their) else { continue };
                 between += (sample.value - their.value).powi(2);
                 own += sample.value.powi(2);

@@ -60,6 +60,13 @@ pub enum Evidence {
     },
 }
 
+impl Outlier {
+    fn of(observations: &[Observation], index: usize, evidence: Evidence) -> Self {
+        let Observation { recording, view, .. } = &observations[index];
+        Self { index, recording: recording.clone(), view: *view, evidence }
+    }
+}
+
 impl fmt::Display for Evidence {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -102,23 +109,21 @@ const LATE_SIGMAS: f64 = 5.0;
 /// Fewer recordings than this do not tell by their scatter or their triggers which of them is wrong.
 const LEAST_TRIALS: usize = 4;
 
-/// Finds recordings in which nothing moves, though one of their bodies does in another recording at the same times, of any view. They contradict the
-/// others, and no response to the drive tells: it may be made of one recording alone.
+/// Finds recordings in which nothing moves, though one of their bodies does in another recording at the same times, of any view. They
+/// contradict the others, and no response to the drive tells: it may be made of one recording alone.
 pub fn at_rest(observations: &[Observation], settings: &Settings) -> Vec<Outlier> {
     let all: Vec<&Observation> = observations.iter().collect();
     let found = resting(&all, settings.rest_until_s).into_iter();
-    let outlier = |Resting { index, body, moves_in, way_m }| Outlier {
-        index,
-        recording: observations[index].recording.clone(),
-        view: observations[index].view,
-        evidence: Evidence::Rest { body, way_m, moves_in: observations[moves_in].recording.clone() },
+    let outlier = |Resting { index, body, moves_in, way_m }| {
+        let moves_in = observations[moves_in].recording.clone();
+        Outlier::of(observations, index, Evidence::Rest { body, way_m, moves_in })
     };
     found.map(outlier).collect()
 }
 
 /// Finds recordings that contradict the others of their view: each view is merged alone, then without each of its recordings
-/// in turn. The one whose absence helps most is named if it helps enough, or else the one whose trigger is far from the others', and
-/// the rest are asked again.
+/// in turn. The one whose absence helps most is named if it helps enough, or else the one whose trigger is far from the others', or else the
+/// one whose bodies go ways of their own, and the rest are asked again.
 ///
 /// # Errors
 /// As for [`merge`](crate::merge).
@@ -146,12 +151,7 @@ fn worst(
     settings: &Settings,
 ) -> Result<Option<Outlier>, StitchingError> {
     let seen = |index: &&usize| !observations[**index].bodies.is_empty();
-    let outlier = |index: usize, evidence: Evidence| Outlier {
-        index,
-        recording: observations[index].recording.clone(),
-        view: observations[index].view,
-        evidence,
-    };
+    let outlier = |index: usize, evidence: Evidence| Outlier::of(observations, index, evidence);
     // What is asked below leaves a response to the drive free, which follows one recording alone where the others are alike.
     let otherwise = || {
         let recordings: Vec<&Observation> = kept.iter().map(|index| &observations[*index]).collect();

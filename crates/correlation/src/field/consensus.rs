@@ -139,17 +139,12 @@ impl Consensus<'_> {
             let apart = [0, 1].map(|axis| self.places[point][axis] - self.places[neighbour][axis]);
             let (expected, at) = (other.warp().apply(apart), found.warp().position_px);
             let off_px = (expected[0] - at[0]).hypot(expected[1] - at[1]);
-            // Gradients of an affine match are as certain as those of a line through the pixels of a side.
-            let of_gradient = 12.0_f64.sqrt() * apart[0].hypot(apart[1]) / self.side_px() * sigma(other);
+            let of_gradient = self.pair.gradient_noise_at(apart) * sigma(other);
             let slack_px = (FORETOLD * sigma(found).hypot(sigma(other)).hypot(of_gradient)).min(SLACK.0);
             (seen[neighbour] && !has_fallen(other.position.zncc, mean)).then_some(off_px <= slack_px)
         };
         let said: Vec<bool> = neighbours(point, self.n_columns, self.places.len()).filter_map(by).collect();
         !said.is_empty() && said.into_iter().all(|agrees| agrees)
-    }
-
-    fn side_px(&self) -> f64 {
-        (2 * self.pair.half_px + 1) as f64
     }
 
     fn searched_reference(&self, groups: &[Vec<usize>]) -> Option<SearchArea> {
@@ -223,7 +218,7 @@ impl Consensus<'_> {
     ) -> Result<Support, Lost> {
         let subsets = asked.iter().map(|&(point, found)| Ok((self.pair.prepare(self.places[point])?, found)));
         let subsets: Vec<(PreparedSubset, &Match)> = subsets.collect::<Result<_, Lost>>()?;
-        let n_subsets = self.n_apart(group, self.side_px()).min(MOST_INDEPENDENT);
+        let n_subsets = self.n_apart(group, self.pair.side_px()).min(MOST_INDEPENDENT);
         let beyond = Beyond::chance(subsets.iter().map(|(subset, _)| subset), n_subsets);
         let stands = |(subset, found): &(PreparedSubset, &Match)| {
             beyond.is_exceeded(mean, self.pair, subset, found, reference)
@@ -259,7 +254,7 @@ impl Consensus<'_> {
         let n_seen = seen().count().max(1) as f64;
         let of = |around: &Around<'_>| fisher(around.seen.position.zncc);
         let mean = seen().map(|(around, _)| of(around)).sum::<f64>() / n_seen;
-        let n_subsets = self.n_apart(group, LARGER * self.side_px()).min(n_seen);
+        let n_subsets = self.n_apart(group, LARGER * self.pair.side_px()).min(n_seen);
         let together = Beyond::chance(seen().map(|(_, subset)| subset), n_subsets);
         most(around.iter().map(|one| {
             let (around, subset) = one.as_ref().ok_or(Lost::LowCorrelation)?;

@@ -180,8 +180,7 @@ impl Halves<'_> {
         let Some((Ok(found), _)) = &settled[other] else { return None };
         let away_px = offset_px(other).map(|offset| -offset);
         let flat = Warp { curvature: [0.0; 6], ..found.warp() };
-        // Gradients of an affine match are as certain as those of a line through the pixels of a side.
-        let of_gradient = 12.0_f64.sqrt() * away_px[0].hypot(away_px[1]) / (2.0 * half_px + 1.0);
+        let of_gradient = self.pair.gradient_noise_at(away_px);
         let sigma_px = [found.position.x_px.sigma, found.position.y_px.sigma]
             .map(|sigma| sigma * 1.0_f64.hypot(of_gradient));
         Some(Guide { warp: Warp { position_px: flat.apply(away_px), ..flat }, sigma_px })

@@ -25,6 +25,17 @@ pub(crate) struct ImagePair<'a> {
 pub(crate) type Settled = (Result<Match, Lost>, Shape);
 
 impl ImagePair<'_> {
+    /// The side of a subset.
+    pub(crate) fn side_px(&self) -> f64 {
+        (2 * self.half_px + 1) as f64
+    }
+
+    /// What the noise of a match's gradient makes of a place so far from it, over the noise of its own: affine gradients are as certain as those
+    /// of a line through the pixels of a side.
+    pub(crate) fn gradient_noise_at(&self, [x, y]: [f64; 2]) -> f64 {
+        12.0_f64.sqrt() * x.hypot(y) / self.side_px()
+    }
+
     /// The same pictures, compared by larger subsets.
     pub(crate) fn enlarged(&self, factor: f64) -> Self {
         let half_px = (factor * self.half_px as f64).round() as usize;

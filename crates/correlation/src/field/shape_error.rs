@@ -70,10 +70,10 @@ impl ShapeError<'_> {
             n_rows: self.places.len() / self.n_columns,
             step_px: self.step_px,
         };
-        let residuals = Residuals::of(settled, self.side_px());
+        let residuals = Residuals::of(settled, self.pair.side_px());
         let readings = self.readings(settled, &residuals);
         let apart = (self.pair.half_px as f64 / self.step_px).ceil().max(1.0) as usize;
-        let bends = where_it_bends(grid, &readings, apart, self.side_px());
+        let bends = where_it_bends(grid, &readings, apart, self.pair.side_px());
         let bent: Vec<usize> =
             (0..bends.len()).filter(|&point| bends[point] && readings[point].is_some()).collect();
         if bent.is_empty() {
@@ -118,10 +118,6 @@ impl ShapeError<'_> {
         }
     }
 
-    fn side_px(&self) -> f64 {
-        (2 * self.pair.half_px + 1) as f64
-    }
-
     /// Columns from one of a point's neighbours to the next.
     fn stride(&self, shape: Shape) -> usize {
         let stride_px = STRIDE[usize::from(shape == Shape::Quadratic)] * self.pair.half_px as f64;
@@ -131,16 +127,7 @@ impl ShapeError<'_> {
     fn readings(&self, settled: &[Option<Settled>], residuals: &Residuals) -> Vec<Option<Reading>> {
         let reading = |((settled, place), is_mended): ((&Option<Settled>, &[f64; 2]), &bool)| {
             let (Some((Ok(found), shape)), false) = (settled, is_mended) else { return None };
-            let [x, y] = [found.position.x_px, found.position.y_px];
-            Some(Reading {
-                u_px: [x.value - place[0], y.value - place[1]],
-                sigma_px: [x.sigma, y.sigma],
-                shape: *shape,
-                gradient: found.gradient,
-                curvature: found.curvature,
-                left_px: residuals.left_at_most_px(found),
-                leaves_noise_alone: residuals.are_noise_alone(found),
-            })
+            Some(Reading::of(found, *place, *shape, residuals))
         };
         settled.iter().zip(self.places).zip(self.is_mended).map(reading).collect()
     }
@@ -185,7 +172,7 @@ impl ShapeError<'_> {
             let (Some(reading), Some(response)) = (&readings[other], &responses[other]) else { continue };
             let Reading { sigma_px, shape, .. } = *reading;
             let offset_px = [0, 1].map(|axis| self.places[other][axis] - centre[axis]);
-            if own.is_parted_from(reading, offset_px, self.side_px()) {
+            if own.is_parted_from(reading, offset_px, self.pair.side_px()) {
                 continue;
             }
             let turned_px = own.turned_px(offset_px);
@@ -202,7 +189,7 @@ impl ShapeError<'_> {
             .iter()
             .position(|neighbour| neighbour.offset_px.iter().all(|offset| offset.abs() < 0.5));
         let reach_px = 2.0 * self.stride(shape) as f64 * self.step_px;
-        let (errors, polynomial) = local_error(&neighbours, own?, reach_px, self.side_px())?;
+        let (errors, polynomial) = local_error(&neighbours, own?, reach_px, self.pair.side_px())?;
         let Some((Ok(found), _)) = &settled[point] else { return None };
         if !around.iter().any(|&other| self.is_mended[other]) {
             return Some(errors);

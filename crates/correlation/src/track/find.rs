@@ -122,9 +122,10 @@ impl FrameSearch<'_> {
             }
             _ => found,
         }?;
-        let has_fallen = self.standard.has_fallen(L::seen(&found).zncc);
-        let better = has_fallen.then(|| self.beside_a_side_maximum(frame, turning, locate)).flatten();
-        Ok(better.unwrap_or(found))
+        match self.standard.has_fallen(L::seen(&found).zncc) {
+            true => Ok(self.beside_a_side_maximum(frame, turning, locate).unwrap_or(found)),
+            false => Ok(found),
+        }
     }
 
     /// A clear match of a subset that resembles its reference far less all at once where the iteration ended: it was held by a side maximum rather

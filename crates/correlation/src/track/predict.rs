@@ -154,13 +154,11 @@ impl History {
         let turns = Some(Deformations::Turns);
         let whole = around(Reach::Whole, None);
         match self.n_lost {
-            0 => vec![
-                near(None),
-                around(Reach::FAR, None),
-                near(turns),
-                around(Reach::FAR, turns),
-                near(Some(Deformations::Stretches)),
-            ],
+            0 => {
+                let [upright, turned] = self.searches_near();
+                let stretched = near(Some(Deformations::Stretches));
+                vec![upright, around(Reach::FAR, None), turned, around(Reach::FAR, turns), stretched]
+            }
             n if n == 2 || n == WHOLE || n.is_multiple_of(WHOLE_TURNED) => {
                 vec![near(None), whole, near(turns), around(Reach::Whole, turns)]
             }

@@ -4,6 +4,7 @@ use chainwave_mechanics::{Chain, Drive, Law, PowerLaw, Resistance};
 use serde::{Deserialize, Serialize};
 
 use super::far_end::FarEndTable;
+use crate::error::Error;
 use crate::input::numbers::{NotNegative, Positive};
 
 /// What is true of the chain that is filmed, beside what is stated of it.
@@ -49,6 +50,16 @@ impl TrueChain {
             friction_n: self.friction_n.get(),
             drag_kg_per_m: self.drag_kg_per_m.get(),
             striker_friction_n: self.striker_friction_n.get(),
+        }
+    }
+
+    /// Refuses what holds a striker back where something else drives the chain.
+    pub(crate) fn expect_no_striker_held_back(&self, drive: &str) -> Result<(), Error> {
+        match self.striker_ground_damping_kg_per_s.get() > 0.0 || self.striker_friction_n.get() > 0.0 {
+            true => Err(Error::Value(format!(
+                "[synthetic.chain] striker_ground_damping_kg_per_s, striker_friction_n: expected a chain that a striker drives, found {drive}"
+            ))),
+            false => Ok(()),
         }
     }
 

@@ -23,7 +23,7 @@ pub(super) fn resisted(
 ) -> Result<Trajectory, Error> {
     let Drive::Striker(striker) = &chain.drive else {
         return Err(Error::Value(
-            "[synthetic.chain] friction_n, drag_kg_per_m: expected a chain that a striker drives".into(),
+            "[synthetic.chain] friction_n, drag_kg_per_m, striker_friction_n: expected a chain that a striker drives".into(),
         ));
     };
     let row = Row {

@@ -4,30 +4,39 @@ use crate::Shape;
 
 /// A point of the field as found.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Reading {
-    pub(super) u_px: [f64; 2],
-    pub(super) sigma_px: [f64; 2],
+pub(in crate::field) struct Reading {
+    pub(in crate::field) u_px: [f64; 2],
+    pub(in crate::field) sigma_px: [f64; 2],
     pub(super) shape: Shape,
     /// du/dx, du/dy, dv/dx, dv/dy of its match.
     pub(super) gradient: [f64; 4],
     /// Coefficients of x^2, xy and y^2 in u, then in v.
     pub(super) curvature: [f64; 6],
     /// What its residuals leave to a systematic error of its match along x and y, at most.
-    pub(super) left_px: [f64; 2],
+    pub(in crate::field) left_px: [f64; 2],
     /// Whether its residuals need nothing but noise.
     pub(super) leaves_noise_alone: bool,
+    /// Whether its whole subset was matched.
+    pub(super) is_whole: bool,
 }
 
 impl Reading {
+    /// Whether its whole subset leaves nothing but noise.
+    pub(in crate::field) fn is_clean(&self) -> bool {
+        self.is_whole && self.leaves_noise_alone
+    }
+
+    /// How its displacement changes along an offset, by its gradient.
+    pub(in crate::field) fn along_px(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        let [ux, uy, vx, vy] = self.gradient;
+        [ux * x + uy * y, vx * x + vy * y]
+    }
+
     /// What a rotation of its own moves a point by that lies so far from it; nothing where its shape function has none, or follows any gradient.
     ///
     /// What a rigid subset cannot follow is a strain of the turned body: the gradient of a large rotation has one on its diagonal, cos - 1.
-    pub(super) fn turned_px(&self, [x, y]: [f64; 2]) -> [f64; 2] {
-        if self.shape != Shape::Rigid {
-            return [0.0; 2];
-        }
-        let [ux, uy, vx, vy] = self.gradient;
-        [ux * x + uy * y, vx * x + vy * y]
+    pub(super) fn turned_px(&self, offset_px: [f64; 2]) -> [f64; 2] {
+        if self.shape == Shape::Rigid { self.along_px(offset_px) } else { [0.0; 2] }
     }
 
     /// How that changes with the rotation, in pixels per radian, along x and y.

@@ -4,6 +4,7 @@
 //! variance of `s^2 = R / (N f_x^2)`, so what R exceeds the noise by, `R - R_0 = f_x^2 w^2` at most, is a w of `s sqrt(N (1 - R_0 / R))`, rms
 //! over the subset. A parabola of this rms has moved an affine match by 1.1 w, a wave by up to 1.25 w.
 
+use crate::Shape;
 use crate::field::pair::Settled;
 use crate::field::shape_error::grid::Reading;
 use crate::icgn::outcome::Match;
@@ -56,7 +57,7 @@ impl Residuals {
     }
 
     /// What the residuals leave to a systematic error along x and y, at most.
-    pub(in crate::field) fn left_at_most_px(&self, found: &Match) -> [f64; 2] {
+    fn left_at_most_px(&self, found: &Match) -> [f64; 2] {
         let share = 1.0 - self.noise * (1.0 - self.by_chance()) / found.noise_ratio;
         let share = if share.is_finite() { share.clamp(0.0, 1.0) } else { 1.0 };
         [found.position.x_px, found.position.y_px]
@@ -64,12 +65,32 @@ impl Residuals {
     }
 
     /// Whether they need nothing but noise.
-    pub(in crate::field) fn are_noise_alone(&self, found: &Match) -> bool {
+    fn are_noise_alone(&self, found: &Match) -> bool {
         found.noise_ratio < self.usual * (1.0 + self.by_chance())
     }
 }
 
 impl Reading {
+    /// What a point's match says, with the residuals of the field.
+    pub(in crate::field) fn of(
+        found: &Match,
+        place_px: [f64; 2],
+        shape: Shape,
+        residuals: &Residuals,
+    ) -> Self {
+        let [x, y] = [found.position.x_px, found.position.y_px];
+        Self {
+            u_px: [x.value - place_px[0], y.value - place_px[1]],
+            sigma_px: [x.sigma, y.sigma],
+            shape,
+            gradient: found.gradient,
+            curvature: found.curvature,
+            left_px: residuals.left_at_most_px(found),
+            leaves_noise_alone: residuals.are_noise_alone(found),
+            is_whole: found.is_whole,
+        }
+    }
+
     /// Whether another at such a distance moves as no field could that leaves so little within this one's subset: something lies between.
     pub(super) fn is_parted_from(&self, other: &Self, offset_px: [f64; 2], side_px: f64) -> bool {
         let is_within = offset_px.iter().all(|offset| offset.abs() < 0.5 * side_px);
