@@ -15,7 +15,7 @@ use crate::acceptance::around::Around;
 use crate::middle::is_bare_in_middle;
 use crate::search::area::{Found, SearchArea};
 use crate::search::chance::{
-    RARE, chance_zncc, chance_zncc_by, correlation_length_px, expected_zncc, fisher,
+    RARE, chance_zncc, chance_zncc_over, correlation_length_px, expected_zncc, fisher, ways_to_leave_out,
 };
 use crate::search::light::{Light, chance_in_light};
 use crate::search::patch::Patch;
@@ -34,6 +34,8 @@ const N_NEAR: f64 = 8.0;
 /// Standard errors by which noise may change the difference of two correlations, of which each has the variance 1 over the pixels after
 /// Fisher's transform.
 const BEYOND_NOISE: f64 = 5.5;
+/// Numbers that a match counts as fitted at least where a search chose how it is deformed, or that it is not: those of an affine one.
+const N_DEFORMED: usize = 6;
 /// Rivals that are matched.
 const N_RIVALS: usize = 3;
 /// Places of the reference, the most alike first, that a subset which is searched for may be mistaken for.
@@ -281,12 +283,18 @@ impl Standard {
     }
 
     /// Whether a match from where the subset was expected is beyond doubt at once.
-    pub(crate) fn is_clear(&self, zncc: f64) -> bool {
+    pub(crate) fn is_clear(&self, subset: &PreparedSubset, found: &PlaceMatch) -> bool {
+        let zncc = found.zncc;
         match self.acceptance {
             Acceptance::Zncc(least) => zncc >= least,
             Acceptance::ByEvidence => {
-                let z = fisher(zncc);
-                zncc >= self.clear_zncc && z >= self.repeats + self.noise && !self.has_fallen(zncc)
+                let clear_zncc = if found.share_seen < 1.0 {
+                    let n_parameters = subset.settings.shape.n_parameters();
+                    chance_zncc_over(found.share_seen, n_parameters, subset, N_NEAR, RARE)
+                } else {
+                    self.clear_zncc
+                };
+                zncc >= clear_zncc && fisher(zncc) >= self.repeats + self.noise && !self.has_fallen(zncc)
             }
         }
     }
@@ -306,13 +314,19 @@ impl Standard {
         origin: Origin,
         again: impl FnMut(Warp) -> Option<PlaceMatch>,
     ) -> Result<(), Lost> {
-        let (n_trials, p, reach_px) = match (self.acceptance, origin) {
+        let of_shape = subset.settings.shape.n_parameters();
+        let (n_parameters, n_trials, p, reach_px) = match (self.acceptance, origin) {
             (Acceptance::Zncc(least), _) => {
                 return if found.zncc >= least { Ok(()) } else { Err(Lost::LowCorrelation) };
             }
-            (_, Origin::Expected(_)) => (N_NEAR, RARE_WHERE_EXPECTED, subset.settings.search_radius_px),
-            (_, Origin::Searched { n_trials, reach_px, .. }) => (n_trials as f64, RARE, reach_px),
+            (_, Origin::Expected(_)) => {
+                (of_shape, N_NEAR, RARE_WHERE_EXPECTED, subset.settings.search_radius_px)
+            }
+            (_, Origin::Searched { n_trials, reach_px, .. }) => {
+                (of_shape.max(N_DEFORMED), n_trials as f64, RARE, reach_px)
+            }
         };
+        let compared = found.share_seen * found.warp.area().min(1.0);
         let by_chance = match origin {
             Origin::Expected(start) if self.is_deformed_as(subset, &start, &found.warp) => {
                 let (n_parameters, n_trials) =
@@ -321,17 +335,34 @@ impl Standard {
                     n_trials * chance_in_light(subset, n_parameters, found.zncc, [self.light, light]) < p
                 };
                 let is_in_light = found.light.is_some_and(in_light);
-                if is_in_light { 0.0 } else { chance_zncc_by(n_parameters, subset, n_trials, p) }
+                if is_in_light {
+                    0.0
+                } else {
+                    chance_zncc_over(found.share_seen, n_parameters, subset, n_trials, p)
+                }
             }
             // What was found as little deformed as it was last was not made to resemble it by deforming it.
-            Origin::Searched { may_be: [last, _], .. } if self.is_deformed_as(subset, &last, &found.warp) => {
-                chance_zncc_by(2, subset, n_trials, p)
+            Origin::Searched { may_be: [last, _], .. }
+                if n_parameters == of_shape && self.is_deformed_as(subset, &last, &found.warp) =>
+            {
+                let n_ways = ways_to_leave_out(subset, found.share_seen);
+                chance_zncc_over(found.share_seen, 2, subset, n_ways * n_trials, p)
             }
-            _ => chance_zncc(subset, n_trials, p),
+            Origin::Searched { .. } => {
+                let n_ways = ways_to_leave_out(subset, found.share_seen);
+                chance_zncc_over(compared, n_parameters, subset, n_ways * n_trials, p)
+            }
+            Origin::Expected(_) => chance_zncc_over(compared, n_parameters, subset, n_trials, p),
         };
         let is_told = found.zncc >= by_chance
             || !found.zncc.is_nan()
-                && self.around.tells((recording, &self.frames), frame, subset, &found, (n_trials, p));
+                && self.around.tells(
+                    (recording, &self.frames),
+                    frame,
+                    subset,
+                    &found,
+                    (n_parameters, n_trials, p),
+                );
         if !is_told {
             return Err(Lost::LowCorrelation);
         }

@@ -93,6 +93,7 @@ impl PreparedSubset {
             curvature: warp.curvature,
             noise_ratio,
             is_whole: true,
+            share_seen: 1.0,
             light: Light { mean: found.mean + f64::from(level), gain: found.gain },
         }
     }

@@ -24,7 +24,7 @@ use crate::prepared::steps::Steps;
 use crate::reference::gradient::noise_variance;
 use crate::reference::image::ReferenceImage;
 use crate::simd::dot;
-use crate::{Reference, Settings};
+use crate::{Reference, Settings, Shape};
 
 /// A subset of a reference image, prepared once to be matched often: what Gauss-Newton steps need, and what their end is stated with.
 #[derive(Debug, Clone)]
@@ -157,6 +157,17 @@ impl PreparedSubset {
             linearised: subset,
             rounding_variance: 1.0 / 6.0 * image.quantum.powi(2),
         })
+    }
+
+    /// Prepares a subset with the first of some shape functions that its texture is enough for.
+    pub(crate) fn of_first(
+        shapes: &[Shape],
+        reference: &Reference,
+        subset: &Subset,
+        settings: &Settings,
+    ) -> Option<Self> {
+        let of_shape = |&shape: &Shape| Self::new(reference, subset, &Settings { shape, ..settings.clone() });
+        shapes.iter().find_map(|shape| of_shape(shape).ok())
     }
 
     /// The subset with those of its pixels alone that are used here and `visible`.

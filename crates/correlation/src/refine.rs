@@ -9,21 +9,19 @@ pub(crate) mod template;
 
 use std::ops::Range;
 
-use chainwave_measurement::{Estimate, Lost, Position, Recording, Region, Subset, Track};
+use chainwave_measurement::{Lost, Position, Recording, Region, Subset, Track};
 
 use crate::acceptance::Standard;
 use crate::refine::calibration::{Calibration, Judgement, judge};
 use crate::search::area::SearchArea;
 use crate::search::rivals::PlaceMatch;
 use crate::track::find::{FrameSearch, Locate};
-use crate::track::matcher::window_around;
+use crate::track::matcher::Matcher;
 use crate::track::predict::History;
 use crate::track::together::without_collisions;
 use crate::track::tracker::{Found, Tracker, track_both_ways};
 use crate::warp::Warp;
-use crate::{
-    CorrelationError, PreparedSubset, Reference, ReferenceFrames, Settings, Shape, Window, Workspace,
-};
+use crate::{CorrelationError, PreparedSubset, Reference, ReferenceFrames, Settings, Shape, Window};
 
 /// A method that finds the place of a subset between pixels, by translation alone.
 pub(crate) trait Refine: Sized {
@@ -55,13 +53,12 @@ pub(crate) fn track_by<R: Refine>(
     settings.check()?;
     let settings = Settings { shape: Shape::Translation, ..settings.clone() };
     let point = |subset: &Subset| {
-        let window = Window::empty(settings.interpolation);
+        let matcher = Matcher::new(recording, Window::empty(settings.interpolation));
         let target = Target::<R>::new(recording, reference, subset, &settings)?;
-        let (history, workspace) = (History::of(subset), Workspace::default());
-        Ok(RefinedSubset { target, history, reason: Lost::LowCorrelation, window, workspace })
+        Ok(RefinedSubset { target, history: History::of(subset), reason: Lost::LowCorrelation, matcher })
     };
     let points = subsets.iter().map(point).collect::<Result<_, CorrelationError>>()?;
-    let mut points = Points { recording, reference: reference.range(), points };
+    let mut points = Points { reference: reference.range(), points };
     let first = reference.range().start;
     let tracks = track_both_ways(&mut points, first, recording.info().n_frames, subsets, progress);
     Ok(without_collisions(tracks, subsets, first, &settings))
@@ -106,62 +103,61 @@ impl<R: Refine> Target<R> {
 }
 
 /// One subset on its way.
-struct RefinedSubset<R> {
+struct RefinedSubset<'a, R> {
     target: Result<Target<R>, Lost>,
     history: History,
     /// Why it was lost in the last frame that it was searched in.
     reason: Lost,
-    window: Window,
-    workspace: Workspace,
+    matcher: Matcher<'a>,
 }
 
-impl<R: Refine> RefinedSubset<R> {
-    fn find(&mut self, recording: &dyn Recording, reference: &Range<usize>, frame: usize) -> Found {
+impl<R: Refine> RefinedSubset<'_, R> {
+    fn find(&mut self, reference: &Range<usize>, frame: usize) -> Found {
         let target = self.target.as_mut().map_err(|reason| *reason)?;
         let Target { subset, method, calibration, standard } = target;
-        let (window, workspace) = (&mut self.window, &mut self.workspace);
+        let recording = self.matcher.recording;
         let (history, is_certain) = (&self.history, reference.contains(&frame));
         let search = FrameSearch { recording, subset, standard, history, reason: self.reason, is_certain };
-        let (place, found) =
-            search.find(frame, &mut Refined { recording, subset, method, window, workspace })?;
+        let mut refined = Refined { matcher: &mut self.matcher, subset, method };
+        let (place, found) = search.find(frame, &mut refined)?;
         // The whole reference resembles itself more than any frame does.
         if *reference != (frame..frame + 1) {
             standard.note(&Refined::<R>::seen(&(place, found)));
         }
-        let [x_px, y_px] =
-            calibration.correct(place, &found).map(|(value, sigma)| Estimate::new(value, sigma));
+        let follow = |following: &PreparedSubset| {
+            self.matcher.match_whole_from(following, frame, Warp::at(place)).ok()
+        };
+        let [x_px, y_px] = calibration.correct(place, &found, follow);
         Ok(Position { x_px, y_px, theta_rad: None, zncc: found.zncc, iterations: 0 })
     }
 }
 
 /// A subset that is located by a method.
-struct Refined<'a, R> {
-    recording: &'a dyn Recording,
+struct Refined<'a, 'b, R> {
+    matcher: &'a mut Matcher<'b>,
     subset: &'a PreparedSubset,
     method: &'a R,
-    window: &'a mut Window,
-    workspace: &'a mut Workspace,
 }
 
-impl<R: Refine> Locate for Refined<'_, R> {
+impl<R: Refine> Locate for Refined<'_, '_, R> {
     type Found = ([f64; 2], Judgement);
-    const DEFORMS: bool = false;
+
+    fn deforms(&self) -> bool {
+        false
+    }
 
     fn locate(&mut self, frame: usize, start: Warp) -> Result<Self::Found, Lost> {
         let (subset, start_px) = (self.subset, start.position_px);
-        let info = self.recording.info();
-        let (width, height) = (info.width_px, info.height_px);
+        let Matcher { recording, .. } = *self.matcher;
+        let (width, height) = (recording.info().width_px, recording.info().height_px);
         let region = region_around(subset, start_px, width, height).ok_or(Lost::OutOfView)?;
         let mut pixels = vec![0.0; region.n_pixels()];
-        self.recording.read_region(frame, region, &mut pixels).map_err(|_| Lost::Unreadable)?;
+        recording.read_region(frame, region, &mut pixels).map_err(|_| Lost::Unreadable)?;
         let scene = SearchArea::new(region, pixels, subset.mean as f32);
         let place = self.method.refine(subset, &scene, start_px).ok_or(Lost::NotConverged)?;
-        let (region, margins) =
-            window_around(subset, &Warp::at(place), width, height).ok_or(Lost::OutOfView)?;
-        let pixels = self.window.start(region, margins);
-        self.recording.read_region(frame, region, pixels).map_err(|_| Lost::Unreadable)?;
-        self.window.finish();
-        let found = judge(subset, self.window, place, self.workspace).ok_or(Lost::OutOfView)?;
+        self.matcher.read_window(subset, frame, &Warp::at(place))?;
+        let Matcher { window, workspace, .. } = &mut *self.matcher;
+        let found = judge(subset, window, place, workspace).ok_or(Lost::OutOfView)?;
         if found.zncc.is_nan() || found.zncc < subset.settings.acceptance.least_zncc() {
             return Err(Lost::LowCorrelation);
         }
@@ -169,7 +165,7 @@ impl<R: Refine> Locate for Refined<'_, R> {
     }
 
     fn seen((place, found): &Self::Found) -> PlaceMatch {
-        PlaceMatch { warp: Warp::at(*place), zncc: found.zncc, light: None }
+        PlaceMatch { warp: Warp::at(*place), zncc: found.zncc, share_seen: 1.0, light: None }
     }
 }
 
@@ -185,15 +181,14 @@ fn region_around(subset: &PreparedSubset, [x, y]: [f64; 2], width: usize, height
 }
 
 struct Points<'a, R> {
-    recording: &'a dyn Recording,
     reference: Range<usize>,
-    points: Vec<RefinedSubset<R>>,
+    points: Vec<RefinedSubset<'a, R>>,
 }
 
 impl<R: Refine> Tracker for Points<'_, R> {
     fn locate(&mut self, frame: usize) -> Vec<Found> {
-        let locate = |point: &mut RefinedSubset<R>| {
-            let found = point.find(self.recording, &self.reference, frame);
+        let locate = |point: &mut RefinedSubset<'_, R>| {
+            let found = point.find(&self.reference, frame);
             point.history.note(&found);
             point.reason = found.err().unwrap_or(point.reason);
             found

@@ -130,6 +130,16 @@ impl Shape {
         }
     }
 
+    /// Those that tell what this one leaves, the best first: where the texture is too weak for it the next one.
+    pub(crate) fn richer(self) -> &'static [Self] {
+        match self {
+            Self::Translation => &[Self::Affine, Self::Rigid],
+            Self::Rigid => &[Self::Affine],
+            Self::Affine => &[Self::Quadratic],
+            Self::Quadratic => &[],
+        }
+    }
+
     /// Numbers that a match fits.
     pub(crate) fn n_parameters(self) -> usize {
         match self {

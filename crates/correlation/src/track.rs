@@ -77,8 +77,7 @@ pub fn track_by_evidence(
         follower.shape_test = Some(ShapeTest::new(&reference, subset, &affine));
     }
     let mut tracks = follow(&mut followers, reference, subsets, settings, progress);
-    let told =
-        state_what_frames_tell(&mut tracks, &mut followers, subsets, settings, reference.range().start);
+    let told = state_what_frames_tell(&mut tracks, &mut followers, subsets, &affine, reference.range().start);
     let mut evidence: Vec<ShapeEvidence> = followers
         .iter()
         .filter_map(|follower| follower.shape_test.as_ref())
@@ -178,7 +177,7 @@ fn tell_bends(followers: &mut [Follower<'_>], subsets: &[Subset], settings: &Set
         return Vec::new();
     }
     let bends: Vec<_> = followers.iter_mut().map(|one| std::mem::take(&mut one.bends)).collect();
-    tell(&bends, subsets)
+    tell(&bends, subsets, settings.shape)
 }
 
 /// Corrects places by what is known of their bends, where it is.

@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use chainwave_measurement::{Recording, Subset};
 
-use crate::search::chance::chance_zncc;
+use crate::search::chance::{chance_zncc_over, ways_to_leave_out};
 use crate::search::larger::{LARGER, is_same_place};
 use crate::search::region_around;
 use crate::search::rivals::PlaceMatch;
@@ -22,14 +22,14 @@ pub(crate) struct Around {
 
 impl Around {
     /// Whether the larger subset is found at the place of a match in a frame, better than something else would be by chance in a share `p` of cases, at
-    /// the best of so many places and deformations.
+    /// the best of so many places and deformations, with so many parameters fitted.
     pub(crate) fn tells(
         &self,
         (recording, frames): (&dyn Recording, &ReferenceFrames),
         frame: usize,
         subset: &PreparedSubset,
         found: &PlaceMatch,
-        (n_trials, p): (f64, f64),
+        (n_parameters, n_trials, p): (usize, f64, f64),
     ) -> bool {
         let larger = self.larger.get_or_init(|| prepared_around(recording, frames, subset));
         let Some(larger) = larger else { return false };
@@ -46,7 +46,10 @@ impl Around {
         let seen = larger.solve_visible(&window, found.warp, &mut Workspace::default());
         seen.is_ok_and(|seen| {
             let is_there = is_same_place(found.warp.position_px, seen.warp().position_px);
-            is_there && seen.position.zncc >= chance_zncc(larger, n_trials, p)
+            let compared = seen.share_seen * seen.warp().area().min(1.0);
+            let n_trials = n_trials * ways_to_leave_out(larger, seen.share_seen);
+            let by_chance = chance_zncc_over(compared, n_parameters, larger, n_trials, p);
+            is_there && seen.position.zncc >= by_chance
         })
     }
 }

@@ -19,6 +19,8 @@ pub struct Match {
     pub noise_ratio: f64,
     /// Whether the whole subset was matched; else what saturates, is no number or hides it was left out.
     pub is_whole: bool,
+    /// Share of the subset's pixels that were matched.
+    pub(crate) share_seen: f64,
     /// How bright it is.
     pub(crate) light: Light,
 }
@@ -32,7 +34,7 @@ impl Match {
 
     pub(crate) fn place(&self) -> PlaceMatch {
         let light = self.is_whole.then_some(self.light);
-        PlaceMatch { warp: self.warp(), zncc: self.position.zncc, light }
+        PlaceMatch { warp: self.warp(), zncc: self.position.zncc, share_seen: self.share_seen, light }
     }
 
     /// Whether its residuals are no more than noise leaves of so many pixels, where those of matches of the whole are so many times what noise

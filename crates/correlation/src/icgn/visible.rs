@@ -59,7 +59,7 @@ impl PreparedSubset {
     ) -> Result<Match, Stop> {
         let Some(hidden) = hidden else { return self.solve_around_obstacles(window, start, workspace) };
         let part = self.only(&self.without(hidden)).map_err(Stop::Lost)?;
-        part.solve_around_obstacles(window, start, workspace).map(in_part)
+        part.solve_around_obstacles(window, start, workspace).map(|found| self.in_part(found, &part))
     }
 
     /// The pixels of the subset that a frame shows at a match that left some out; `None` where too few are left.
@@ -129,7 +129,7 @@ impl PreparedSubset {
         };
         let Some(visible) = self.without_outliers(window, &place, workspace) else { return found };
         match visible.solve(window, place, workspace) {
-            Ok(around) if around.noise_ratio < SUSPICIOUS_RATIO => Ok(in_part(around)),
+            Ok(around) if around.noise_ratio < SUSPICIOUS_RATIO => Ok(self.in_part(around, &visible)),
             _ => found,
         }
     }
@@ -158,17 +158,18 @@ impl PreparedSubset {
         part
     }
 
+    /// A match of a part of the subset.
+    pub(crate) fn in_part(&self, found: Match, part: &Self) -> Match {
+        let share_seen = found.share_seen * part.n_used as f64 / self.n_used as f64;
+        Match { is_whole: false, share_seen, ..found }
+    }
+
     /// The subset with some of its pixels alone.
     pub(crate) fn only(&self, visible: &[bool]) -> Result<Self, Lost> {
         let subset = self.masked(visible)?;
         let enough = subset.n_used as f64 >= LEAST_VISIBLE * self.n_used as f64;
         enough.then_some(subset).ok_or(Lost::LowCorrelation)
     }
-}
-
-/// A match of a part of a subset.
-fn in_part(found: Match) -> Match {
-    Match { is_whole: false, ..found }
 }
 
 /// Median and standard deviation of the bulk of the residuals of the pixels that are used.

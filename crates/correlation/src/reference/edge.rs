@@ -195,36 +195,62 @@ fn beside(reference: &Reference, subset: &Subset) -> Vec<Beside> {
         (Side::Above, [[y0, -1, y1 - y0], [x0, x1, 1]]),
         (Side::Below, [[y1, 1, y1 - y0], [x0, x1, 1]]),
     ];
-    // the mean square of third differences between the pixels at a distance from a side and one farther out
-    let roughness = |[[last, out, _], [start, end, axis]]: [[i64; 3]; 2], distance: i64| -> Option<f64> {
-        let step = |along: i64| {
-            let pixel = |k: i64| {
-                let across = last + out * (distance + k);
-                reference.usable_pixel(if axis == 0 { [across, along] } else { [along, across] })
-            };
-            Some(pixel(-1)? - 3.0 * pixel(0)? + 3.0 * pixel(1)? - pixel(2)?)
-        };
-        let squares = (start..=end).map(|along| step(along).map(|step| step * step));
-        let sum = squares.sum::<Option<f64>>()?;
-        Some(sum / (end - start + 1) as f64)
-    };
-    let inside = |lines: [[i64; 3]; 2]| -> Vec<f64> {
-        (2 - lines[0][2]..-REACH_PX).filter_map(|distance| roughness(lines, distance)).collect()
-    };
+    let of_sides = sides.map(|(side, lines)| (side, Roughness::of(reference, lines)));
     // Both directions once: the lines along the right side are those along the left.
-    let own = [inside(sides[0].1), inside(sides[2].1)].concat();
+    let own = [of_sides[0].1.inside(), of_sides[2].1.inside()].concat();
     let told = told_roughness(&own);
-    let of_side = |(side, lines): (Side, [[i64; 3]; 2])| {
-        let inside = inside(lines).into_iter().fold(0.0, f64::max);
+    let of_side = |(side, lines): (Side, Roughness)| {
+        let inside = lines.inside().into_iter().fold(0.0, f64::max);
         // Differences that end on an edge feel a ninth of it, so one just out of reach must be seen to be told from one within.
-        let found =
-            (-REACH_PX..=REACH_PX + 1).filter_map(|distance| Some((roughness(lines, distance)?, distance)));
+        let found = (-REACH_PX..=REACH_PX + 1).filter_map(|distance| Some((lines.at(distance)?, distance)));
         let (roughest, distance) = found.max_by(|a, b| a.0.total_cmp(&b.0))?;
         let edge = SharpEdge { side, distance_px: usize::try_from(distance).unwrap_or(0) };
         let may_be = distance <= REACH_PX && roughest > EDGE_RATIO * inside;
         may_be.then_some(Beside { edge, distance_px: distance, is_told: roughest > told })
     };
-    sides.into_iter().filter_map(of_side).collect()
+    of_sides.into_iter().filter_map(of_side).collect()
+}
+
+/// How rough lines along a side of a subset are.
+struct Roughness {
+    /// The least distance from the side of a line that is known, below 0 within the subset.
+    first: i64,
+    /// Of each line, the mean square of the third differences between its pixels and those of the lines before and after it; none where a pixel
+    /// is not used.
+    of_lines: Vec<Option<f64>>,
+}
+
+impl Roughness {
+    /// Of the lines along the side whose last one is `last`, counted in the direction `out`, and whose pixels go from `start` to `end` along the other
+    /// axis than the given one; it has as many lines as `across` behind that one.
+    fn of(reference: &Reference, [[last, out, across], [start, end, axis]]: [[i64; 3]; 2]) -> Self {
+        let first = (2 - across).min(-REACH_PX);
+        let line = |distance: i64| -> Option<Vec<f64>> {
+            let across = last + out * distance;
+            let place = |along| if axis == 0 { [across, along] } else { [along, across] };
+            (start..=end).map(|along| reference.usable_pixel(place(along))).collect()
+        };
+        let lines: Vec<Option<Vec<f64>>> = (first - 1..=REACH_PX + 3).map(line).collect();
+        let of_line = |lines: &[Option<Vec<f64>>]| {
+            let [a, b, c, d] = lines else { return None };
+            let (a, b, c, d) = (a.as_ref()?, b.as_ref()?, c.as_ref()?, d.as_ref()?);
+            let pairs = a.iter().zip(b).zip(c.iter().zip(d));
+            let sum: f64 = pairs.map(|((a, b), (c, d))| (a - 3.0 * b + 3.0 * c - d).powi(2)).sum();
+            Some(sum / (end - start + 1) as f64)
+        };
+        Self { first, of_lines: lines.windows(4).map(of_line).collect() }
+    }
+
+    /// That of the line at a distance from the side.
+    fn at(&self, distance: i64) -> Option<f64> {
+        let index = usize::try_from(distance - self.first).ok()?;
+        *self.of_lines.get(index)?
+    }
+
+    /// Those of the lines within the subset that are out of an edge's reach.
+    fn inside(&self) -> Vec<f64> {
+        (self.first..-REACH_PX).filter_map(|distance| self.at(distance)).collect()
+    }
 }
 
 /// The roughness beyond which a line is none of the texture's, from the roughness of its lines; infinite of fewer than two.

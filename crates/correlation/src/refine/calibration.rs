@@ -6,21 +6,27 @@
 //! ratio of what is left to the standard uncertainty that this crate's own estimate of the same subset would have
 //! ([`crate::uncertainty`]): so many times that of each frame is the method's. What is left of a bias is more half way between
 //! two pixels than at a pixel, so the ratio's square is found as a function of the place ([`Ratio`]).
+//!
+//! Shifted pictures do not turn or stretch, as bodies do. By how much that moves a place which is found by translation alone, an affine match
+//! from there tells: what the two places differ by, beyond the noise of the difference, is in sigma.
 
 use std::f64::consts::{PI, TAU};
 
-use chainwave_measurement::{Lost, Subset};
+use chainwave_measurement::{Estimate, Lost, Subset};
 use nalgebra::{DMatrix, DVector};
 
+use crate::icgn::outcome::Match;
 use crate::reference::shift::{Normal, shifted};
 use crate::uncertainty::{expected_sigma_px, signal_sigma_px};
 use crate::warp::Warp;
-use crate::{PreparedSubset, Reference, Window, Workspace};
+use crate::{PreparedSubset, Reference, Shape, Window, Workspace};
 
 /// Pictures without noise, by which the bias is fitted.
 const N_STILL: usize = 48;
 /// Pictures with noise; two axes of each make a constant ratio known to a fourteenth.
 const N_NOISY: usize = 48;
+/// Standard deviations of the noise by which two places differ where one of them does not follow its surface.
+const TOLD_SIGMAS: f64 = 3.0;
 /// A constant and waves of first and second order.
 const N_WAVES: usize = 15;
 
@@ -30,6 +36,8 @@ pub(crate) struct Calibration {
     /// Of the position along x and y, without noise.
     bias: [Bias; 2],
     ratio: Ratio,
+    /// The subset that follows its surface where that turns and stretches.
+    following: Option<PreparedSubset>,
 }
 
 /// The square of errors over this crate's own standard uncertainty: a constant and, where it is seen, what is added half way
@@ -120,13 +128,35 @@ impl Calibration {
         };
         let bias = fit(&shifts().take(N_STILL).filter_map(without_noise).collect::<Vec<_>>())?;
         let ratio = pictures.ratio(subset, &bias, rounding, locate)?;
-        Ok(Self { bias, ratio })
+        let shapes = Shape::Translation.richer();
+        let following = PreparedSubset::of_first(shapes, reference, &pictures.subset, &subset.settings);
+        Ok(Self { bias, ratio, following })
     }
 
-    /// The place that the method means by the one that it found, and its standard uncertainty.
-    pub(crate) fn correct(&self, place: [f64; 2], judgement: &Judgement) -> [(f64, f64); 2] {
+    /// The place that the method means by the one that it found, and its standard uncertainty; `follow` matches a subset from there.
+    pub(crate) fn correct(
+        &self,
+        place: [f64; 2],
+        judgement: &Judgement,
+        follow: impl FnOnce(&PreparedSubset) -> Option<Match>,
+    ) -> [Estimate; 2] {
         let bias = bias_at(&self.bias, place);
-        [0, 1].map(|axis| (place[axis] - bias[axis], self.ratio.at(place, axis) * judgement.sigma_px[axis]))
+        let means = [0, 1].map(|axis| {
+            let sigma = self.ratio.at(place, axis) * judgement.sigma_px[axis];
+            Estimate::new(place[axis] - bias[axis], sigma)
+        });
+        let Some(followed) = self.following.as_ref().and_then(follow) else { return means };
+        let followed = [followed.position.x_px, followed.position.y_px];
+        [0, 1].map(|axis| {
+            let (own, followed) = (means[axis], followed[axis]);
+            // Both places have the noise of the most efficient one, and each by itself what its variance has beyond that.
+            let most_efficient = judgement.sigma_px[axis].powi(2);
+            let by_noise = (followed.sigma.powi(2) + own.sigma.powi(2) - 2.0 * most_efficient).max(0.0);
+            let apart = (followed.value - own.value).powi(2);
+            let is_told = apart > TOLD_SIGMAS.powi(2) * by_noise;
+            let by_shape = if is_told { (apart - by_noise).sqrt() } else { 0.0 };
+            Estimate::new(own.value, own.sigma.hypot(by_shape))
+        })
     }
 }
 

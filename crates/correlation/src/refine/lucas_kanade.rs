@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use chainwave_measurement::{Estimate, Lost, Position, Recording, Region, Subset, Track};
+use chainwave_measurement::{Lost, Position, Recording, Region, Subset, Track};
 
 use crate::acceptance::Standard;
 use crate::foreign::{FlowSettings, library};
@@ -193,8 +193,9 @@ impl<'a> Flow<'a> {
         if self.reference_frames != (frame..frame + 1) {
             standard.note(&SingleFlow::seen(&(place, found)));
         }
-        let [x_px, y_px] =
-            calibration.correct(place, &found).map(|(value, sigma)| Estimate::new(value, sigma));
+        let follow =
+            |following: &PreparedSubset| following.solve(window, Warp::at(place), single.workspace).ok();
+        let [x_px, y_px] = calibration.correct(place, &found, follow);
         Ok(Position { x_px, y_px, theta_rad: None, zncc: found.zncc, iterations: 0 })
     }
 }
@@ -224,7 +225,10 @@ impl SingleFlow<'_> {
 
 impl Locate for SingleFlow<'_> {
     type Found = ([f64; 2], Judgement);
-    const DEFORMS: bool = false;
+
+    fn deforms(&self) -> bool {
+        false
+    }
 
     fn locate(&mut self, _: usize, start: Warp) -> Result<Self::Found, Lost> {
         let (from, to) = (self.subset.centre_px, start.position_px);
@@ -238,7 +242,7 @@ impl Locate for SingleFlow<'_> {
     }
 
     fn seen((place, found): &Self::Found) -> PlaceMatch {
-        PlaceMatch { warp: Warp::at(*place), zncc: found.zncc, light: None }
+        PlaceMatch { warp: Warp::at(*place), zncc: found.zncc, share_seen: 1.0, light: None }
     }
 }
 

@@ -18,9 +18,28 @@ pub(crate) fn chance_zncc(subset: &PreparedSubset, n_trials: f64, p: f64) -> f64
 
 /// The same of a match of which so many parameters were chosen, and the others came out as was expected.
 pub(crate) fn chance_zncc_by(n_parameters: usize, subset: &PreparedSubset, n_trials: f64, p: f64) -> f64 {
-    let degrees_of_freedom = (n_independent(subset) - 2.0 - n_parameters as f64).max(1.0);
+    chance_zncc_over(1.0, n_parameters, subset, n_trials, p)
+}
+
+/// The same of a match on a smaller part of the target than the subset has of the reference, by the share of that: as many fewer speckles were
+/// compared.
+pub(crate) fn chance_zncc_over(
+    share: f64,
+    n_parameters: usize,
+    subset: &PreparedSubset,
+    n_trials: f64,
+    p: f64,
+) -> f64 {
+    let n_compared = share.min(1.0) * n_independent(subset);
+    let degrees_of_freedom = (n_compared - 2.0 - n_parameters as f64).max(1.0);
     let unexplained = (p / n_trials.max(1.0)).powf(2.0 / degrees_of_freedom);
     (1.0 - unexplained).max(0.0).sqrt()
+}
+
+/// The ways to leave out as many of a subset's speckles as a match did that has this share of its pixels: something else resembles it best in one of them.
+pub(crate) fn ways_to_leave_out(subset: &PreparedSubset, share_seen: f64) -> f64 {
+    let entropy = |share: f64| if share > 0.0 { -share * share.ln() } else { 0.0 };
+    (n_independent(subset) * (entropy(share_seen) + entropy(1.0 - share_seen))).exp()
 }
 
 /// The correlation that noise leaves of a subset with what it shows itself: of a reference of m frames, and a frame with m times its variance.

@@ -13,6 +13,8 @@ pub(crate) const RIVAL_SHARE: f64 = 0.5;
 pub(crate) struct PlaceMatch {
     pub(crate) warp: Warp,
     pub(crate) zncc: f64,
+    /// Share of the subset's pixels that were matched.
+    pub(crate) share_seen: f64,
     /// Its light, where it was matched whole and by what tells that.
     pub(crate) light: Option<Light>,
 }

@@ -1,7 +1,8 @@
-//! What the affine shape function leaves of surfaces that bend: taken off tracks as far as it is known, and stated.
+//! What a shape function leaves of surfaces that bend, or of those that turn and stretch where it only shifts: taken off tracks as far as it is known,
+//! and stated.
 //!
-//! In each frame one more step, or where that is long a whole match, with the quadratic shape function tells the difference d of its place from
-//! the affine one. Its noise is that of the quadratic place less that of the affine one, `v = var q - var a`, and independent of the latter, which
+//! In each frame one more step, or where that is long a whole match, with the next shape function (the quadratic one after the affine, of which is
+//! spoken here; the affine one after a translation or a rotation) tells the difference d of its place from the subset's own. Its noise is that of the quadratic place less that of the affine one, `v = var q - var a`, and independent of the latter, which
 //! is the more efficient of the two (J. A. Hausman, Econometrica 46 (1978) 1251-1271). Of a subset of 33 x 33 px v is three times `var a`: a test
 //! whether d is real misses bends that are as large as sigma, and so nothing is tested here. The bend b of a reading is taken for one of
 //! many, of variance t^2, and of these all readings of the film near in time tell:
@@ -20,16 +21,17 @@
 use chainwave_measurement::{Estimate, Position, Subset};
 
 use crate::icgn::outcome::Match;
+use crate::track::matcher::Matcher;
 use crate::uncertainty::sigma_px;
-use crate::{PreparedSubset, Window, Workspace};
+use crate::{PreparedSubset, Shape};
 
-/// How far the quadratic shape function finds the centre from where the affine one does, in pixels, with its variance, along x and y: infinite where it
+/// How far the next shape function finds the centre from where the subset's own one does, in pixels, with its variance, along x and y: infinite where it
 /// finds none.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Bend {
     pub(crate) difference_px: [f64; 2],
     pub(crate) variance: [f64; 2],
-    /// Displacement gradient of the affine match: du/dx, du/dy, dv/dx, dv/dy.
+    /// Displacement gradient of the subset's own match: du/dx, du/dy, dv/dx, dv/dy.
     pub(crate) gradient: [f64; 4],
 }
 
@@ -37,9 +39,11 @@ pub(crate) struct Bend {
 const NEAR_FRAMES: usize = 2;
 /// Standard deviations by which a subset that is not of the others' kind stands out: 6 of 10^5 do by chance.
 const OUTSTANDING: f64 = 4.0;
-/// Share of the fall in the sum of squares that goes with a bend where steps are long, below which the quadratic match is a false one: what ends anywhere
+/// Share of the fall in the sum of squares that goes with a bend where steps are long, below which the richer match is a false one: what ends anywhere
 /// in noise has next to none of it, and bends of waves have all.
 const LEAST_FALL: f64 = 0.25;
+/// Pixels by which a step moves a subset's rim from which on it is not the whole of a turn or a stretch: well below the speckles of any texture.
+const TURNED_PX: f64 = 0.25;
 /// Least variance of a difference over that of the affine place: what two matches of one texture differ by through rounding.
 const LEAST_VARIANCE: f64 = 0.05;
 /// Share of the fourth order that textures and odd orders leave open.
@@ -52,18 +56,20 @@ const LEAST_SUBSETS: usize = 4;
 const LARGEST_FOURTH: f64 = 0.15;
 
 impl Bend {
-    /// The bend that the quadratic subset shows at the affine one's match, where that saw it.
+    /// The bend that the richer subset shows at the own one's match, which the matcher's window shows, where that saw it.
     pub(crate) fn of(
-        [affine, quadratic]: [&PreparedSubset; 2],
-        window: &Window,
+        [own, richer]: [&PreparedSubset; 2],
+        matcher: &mut Matcher<'_>,
+        frame: usize,
         found: &Match,
-        workspace: &mut Workspace,
     ) -> Self {
         let shown = match found.is_whole {
-            true => Self::of_seen([affine, quadratic], window, found, workspace),
-            false => affine.visible_at(window, found, workspace).and_then(|visible| {
-                let [affine, quadratic] = [affine.only(&visible).ok()?, quadratic.only(&visible).ok()?];
-                Self::of_seen([&affine, &quadratic], window, found, workspace)
+            true => Self::of_seen([own, richer], matcher, frame, found),
+            false => Self::of_more(richer, matcher, frame, found).or_else(|| {
+                own.visible_at(&matcher.window, found, &mut matcher.workspace).and_then(|visible| {
+                    let [own, richer] = [own.only(&visible).ok()?, richer.only(&visible).ok()?];
+                    Self::of_seen([&own, &richer], matcher, frame, found)
+                })
             }),
         };
         let untold = || Self {
@@ -74,50 +80,71 @@ impl Bend {
         shown.unwrap_or_else(untold)
     }
 
-    /// `None` where the quadratic subset is not found, or elsewhere than the affine one.
-    fn of_seen(
-        [affine, quadratic]: [&PreparedSubset; 2],
-        window: &Window,
+    /// Where the richer subset is matched by more of its pixels: what was left out was turned or bent away, and not hidden.
+    fn of_more(
+        richer: &PreparedSubset,
+        matcher: &mut Matcher<'_>,
+        frame: usize,
         found: &Match,
-        workspace: &mut Workspace,
+    ) -> Option<Self> {
+        let by_richer = matcher.match_from(richer, frame, found.warp()).ok()?;
+        let [own, more] = [found, &by_richer].map(|found| [found.position.x_px, found.position.y_px]);
+        (by_richer.share_seen > found.share_seen).then(|| Self {
+            difference_px: [0, 1].map(|axis| more[axis].value - own[axis].value),
+            variance: [0, 1].map(|axis| more[axis].sigma.powi(2)),
+            gradient: found.gradient,
+        })
+    }
+
+    /// `None` where the richer subset is not found, or elsewhere than the own one.
+    fn of_seen(
+        [own, richer]: [&PreparedSubset; 2],
+        matcher: &mut Matcher<'_>,
+        frame: usize,
+        found: &Match,
     ) -> Option<Self> {
         let (warp, place) = (found.warp(), &found.position);
-        let (compared, residual) = quadratic.compare(window, &warp, workspace)?;
+        let (compared, residual) = richer.compare(&matcher.window, &warp, &mut matcher.workspace)?;
         let stepped = warp.compose_inverse(&compared.step)?;
         let places = [place.x_px.value, place.y_px.value];
         let away = |[x, y]: [f64; 2]| [x - places[0], y - places[1]];
-        let own = sigma_px(affine, &warp, &residual);
+        let of_own = sigma_px(own, &warp, &residual);
         let variance = |whole: [f64; 2]| {
             [0, 1].map(|axis| {
-                let least = LEAST_VARIANCE * own[axis].powi(2);
-                (whole[axis].powi(2) - own[axis].powi(2)).max(least)
+                let least = LEAST_VARIANCE * of_own[axis].powi(2);
+                (whole[axis].powi(2) - of_own[axis].powi(2)).max(least)
             })
         };
         let bend = Self {
-            difference_px: away(quadratic.without_bias(&stepped, &residual.of_interpolation)),
-            variance: variance(sigma_px(quadratic, &warp, &residual)),
+            difference_px: away(richer.without_bias(&stepped, &residual.of_interpolation)),
+            variance: variance(sigma_px(richer, &warp, &residual)),
             gradient: warp.gradient,
         };
         let is_long = (0..2).any(|axis| bend.difference_px[axis].powi(2) > 9.0 * bend.variance[axis]);
-        if !is_long {
+        // By as much of a turn or a stretch the residual is its, and hides how long the step is.
+        let half_px = richer.half_px();
+        let at_rim_px = |k: usize| (stepped.gradient[k] - warp.gradient[k]).abs() * half_px[k % 2];
+        let is_wide = (0..4).any(|k| at_rim_px(k) > TURNED_PX);
+        if !is_long && !is_wide {
             return Some(bend);
         }
         // A long step is not the whole of it, and what it leaves is no noise.
-        let whole = quadratic.solve(window, stepped, workspace).ok()?;
+        let whole = matcher.match_whole_from(richer, frame, stepped);
+        let whole = whole.ok()?;
         let Position { x_px, y_px, zncc, .. } = whole.position;
         let ratio =
-            [0, 1].map(|axis| variance(sigma_px(quadratic, &warp, &residual))[axis] / own[axis].powi(2));
+            [0, 1].map(|axis| variance(sigma_px(richer, &warp, &residual))[axis] / of_own[axis].powi(2));
         let of_whole = [x_px, y_px].map(|estimate| estimate.sigma.powi(2));
         let bend = Self {
             difference_px: away([x_px.value, y_px.value]),
             variance: [0, 1].map(|axis| of_whole[axis] * ratio[axis] / (1.0 + ratio[axis])),
             gradient: warp.gradient,
         };
-        let fall = quadratic.n_used as f64 * ((1.0 - place.zncc.powi(2)) / (1.0 - zncc.powi(2)) - 1.0);
+        let fall = richer.n_used as f64 * ((1.0 - place.zncc.powi(2)) / (1.0 - zncc.powi(2)) - 1.0);
         (bend.least_fall() * LEAST_FALL <= fall).then_some(bend)
     }
 
-    /// What the sum of squares over the noise falls by at least where the quadratic place is as far from the affine one as this: a model that has the other
+    /// What the sum of squares over the noise falls by at least where the richer place is as far from the own one as this: a model that has the other
     /// one in it explains as much more as its place is unlikely to be the other's.
     fn least_fall(&self) -> f64 {
         let fall = |axis: usize| self.difference_px[axis].powi(2) / self.variance[axis];
@@ -164,8 +191,8 @@ impl BendEstimate {
 /// What is known of the bends of some subsets, frame by frame, along x and y.
 pub(crate) type AllBends = Vec<Vec<[Option<BendEstimate>; 2]>>;
 
-/// What the bends of all subsets of a film, frame by frame, tell of each of them.
-pub(crate) fn tell(bends: &[Vec<Option<Bend>>], subsets: &[Subset]) -> AllBends {
+/// What the bends of all subsets of a film, which were followed with a shape function, tell frame by frame of each of them.
+pub(crate) fn tell(bends: &[Vec<Option<Bend>>], subsets: &[Subset], shape: Shape) -> AllBends {
     let n_frames = bends.first().map_or(0, Vec::len);
     let mut told: AllBends = vec![vec![[None; 2]; n_frames]; bends.len()];
     for frame in 0..n_frames {
@@ -190,7 +217,11 @@ pub(crate) fn tell(bends: &[Vec<Option<Bend>>], subsets: &[Subset]) -> AllBends 
                 let stands_out = own[0].powi(2) > OUTSTANDING.powi(2) * (own[1] + all.mean);
                 let apart = stands_out.then(|| Sizes::of(&readings[subset..=subset]));
                 let sizes = apart.as_ref().unwrap_or(&all);
-                let fourth = fourth(sizes.mean, slope, &subsets[subset]);
+                // A subset that is shifted or turned lacks what the affine one has of the second order, and little besides.
+                let fourth = match shape {
+                    Shape::Affine => fourth(sizes.mean, slope, &subsets[subset]),
+                    _ => 0.0,
+                };
                 let is_fourth_known = n_subsets >= LEAST_SUBSETS;
                 told[subset][frame][axis] =
                     Some(BendEstimate { bend: sizes.bend(own), fourth, is_fourth_known });

@@ -18,7 +18,7 @@ pub(crate) trait Locate {
     /// What it gives.
     type Found: Copy;
     /// Whether it finds subsets that are turned or stretched.
-    const DEFORMS: bool;
+    fn deforms(&self) -> bool;
 
     /// The match in a frame from a start.
     fn locate(&mut self, frame: usize, start: Warp) -> Result<Self::Found, Lost>;
@@ -77,7 +77,7 @@ impl FrameSearch<'_> {
             },
         };
         for search in self.history.searches() {
-            if search.deformations.is_some() && !L::DEFORMS {
+            if search.deformations.is_some() && !locate.deforms() {
                 continue;
             }
             match self.by_search(frame, search, locate) {
@@ -110,10 +110,10 @@ impl FrameSearch<'_> {
     ) -> Result<L::Found, Lost> {
         let believed = |found: Result<L::Found, Lost>, start: Warp, locate: &mut L| {
             let found = found?;
-            let clear = self.is_certain || self.standard.is_clear(L::seen(&found).zncc);
+            let clear = self.is_certain || self.standard.is_clear(self.subset, &L::seen(&found));
             if clear { Ok(found) } else { self.verified(frame, found, Origin::Expected(start), locate) }
         };
-        let turning = self.history.predict_turning().filter(|_| L::DEFORMS);
+        let turning = self.history.predict_turning().filter(|_| locate.deforms());
         let found = believed(first, self.history.predict(), locate);
         let found = match (&found, turning) {
             (Err(Lost::NotConverged | Lost::LowCorrelation), Some(turning)) => {
@@ -136,11 +136,11 @@ impl FrameSearch<'_> {
         turning: Option<Warp>,
         locate: &mut L,
     ) -> Option<L::Found> {
-        let is_clear = |found: &L::Found| self.standard.is_clear(L::seen(found).zncc);
+        let is_clear = |found: &L::Found| self.standard.is_clear(self.subset, &L::seen(found));
         let turned = turning.and_then(|start| locate.locate_expected(frame, start).ok()).filter(is_clear);
-        let searches = self.history.searches_near().into_iter();
+        let (searches, deforms) = (self.history.searches_near().into_iter(), locate.deforms());
         turned.or_else(|| {
-            let searches = searches.filter(|search| L::DEFORMS || search.deformations.is_none());
+            let searches = searches.filter(|search| deforms || search.deformations.is_none());
             let mut found = searches.filter_map(|search| self.by_search(frame, search, locate).ok());
             found.find(is_clear)
         })

@@ -42,7 +42,7 @@ pub(crate) struct Follower<'a> {
     reason: Lost,
     /// Tests whether the affine shape function is needed, and enough.
     pub(crate) shape_test: Option<ShapeTest>,
-    /// What the quadratic shape function finds otherwise than the affine one, frame by frame.
+    /// What the next shape function finds otherwise, frame by frame.
     pub(crate) bends: Vec<Option<Bend>>,
     /// How alike the residuals of neighbouring pixels are, by what that makes of the place and of its bends.
     pub(crate) alike: Alike,
@@ -76,7 +76,7 @@ struct Original {
 
 /// A place that is nearer to a subset's own than this is that.
 const OWN_PLACE_PX: f64 = 1.0;
-/// Share of the residual's square that the quadratic shape function takes from the affine one's, from which on that is no noise alone.
+/// Share of the residual's square that the next shape function takes from it, from which on that is no noise alone.
 const BENT: f64 = 0.05;
 /// What the whole subset leaves over what its match left, beyond which a part of it was hidden then.
 const HIDDEN: f64 = 2.0;
@@ -87,8 +87,8 @@ const RETURNING: usize = 16;
 /// What is looked for, and what its matches are held against.
 struct Target {
     subset: PreparedSubset,
-    /// The same with the quadratic shape function, where it is asked what the affine one leaves.
-    quadratic: Option<PreparedSubset>,
+    /// The same with the next shape function, where it is asked what the subset's own one leaves.
+    richer: Option<PreparedSubset>,
     /// The subset's variance by residuals that are alike.
     structure: Structure,
     /// The same where bends are asked for.
@@ -96,7 +96,7 @@ struct Target {
     standard: Standard,
 }
 
-/// What residuals that are alike make of a subset on a surface that bends, by those that the quadratic shape function leaves.
+/// What residuals that are alike make of a subset on a surface that bends, by those that the next shape function leaves.
 struct StructureOfBent {
     of_place: Structure,
     of_bend: Structure,
@@ -111,18 +111,16 @@ impl Target {
     ) -> Result<Result<Self, Lost>, CorrelationError> {
         let reference = Reference::read(recording, subset, frames)?;
         let subset = &clear_of_edges(&reference, subset);
-        let asks = settings.surfaces_bend && settings.shape == Shape::Affine;
-        let of_second_order = Settings { shape: Shape::Quadratic, ..settings.clone() };
-        let quadratic =
-            asks.then(|| PreparedSubset::new(&reference, subset, &of_second_order).ok()).flatten();
+        let asked = if settings.surfaces_bend { settings.shape.richer() } else { &[] };
+        let richer = PreparedSubset::of_first(asked, &reference, subset, settings);
         Ok(PreparedSubset::new(&reference, subset, settings).map(|subset| {
             let standard = Standard::new(recording, frames, &subset);
             let structure = Structure::of(&subset, &subset);
-            let bent = quadratic.as_ref().map(|quadratic| StructureOfBent {
-                of_place: Structure::of(&subset, quadratic),
-                of_bend: Structure::of_difference(&subset, quadratic),
+            let bent = richer.as_ref().map(|richer| StructureOfBent {
+                of_place: Structure::of(&subset, richer),
+                of_bend: Structure::of_difference(&subset, richer),
             });
-            Self { subset, quadratic, structure, bent, standard }
+            Self { subset, richer, structure, bent, standard }
         }))
     }
 }
@@ -295,7 +293,7 @@ impl<'a> Follower<'a> {
         let start = self.history.after_gradient(gradient).predict();
         let found = self.matcher.match_from(&target.subset, frame, start).ok()?;
         let share = target.subset.settings.renewal_share;
-        let is_it = decay.is_fresh(&found, share) && target.standard.is_clear(found.position.zncc);
+        let is_it = decay.is_fresh(&found, share) && target.standard.is_clear(&target.subset, &found.place());
         if !is_it {
             return None;
         }
@@ -360,14 +358,13 @@ impl<'a> Follower<'a> {
         self.still.correct(&target.subset, positions, is_renewed)
     }
 
-    /// Keeps what the quadratic shape function finds otherwise. The reference shows no bend of itself.
+    /// Keeps what the next shape function finds otherwise. The reference shows no bend of itself.
     fn note_bend(&mut self, frame: usize, found: &Match) {
-        let Ok(Target { subset, quadratic: Some(quadratic), .. }) = &self.target else { return };
+        let Ok(Target { subset, richer: Some(richer), .. }) = &self.target else { return };
         if self.reference_frames.contains(&frame) {
             return;
         }
-        let Matcher { window, workspace, .. } = &mut self.matcher;
-        let bend = Bend::of([subset, quadratic], window, found, workspace);
+        let bend = Bend::of([subset, richer], &mut self.matcher, frame, found);
         if let Some(kept) = self.bends.get_mut(frame) {
             *kept = Some(bend);
         }
@@ -375,7 +372,7 @@ impl<'a> Follower<'a> {
 
     /// Notes how alike the residuals of neighbouring pixels are, of a subset that is seen whole.
     fn note_alike(&mut self, frame: usize, found: &Match) {
-        let Ok(Target { subset, quadratic, structure, bent, .. }) = &self.target else { return };
+        let Ok(Target { subset, richer, structure, bent, .. }) = &self.target else { return };
         let is_asked = !self.is_sole_reference(frame) && Alike::looks_at(frame, self.n_frames());
         let warp = found.warp();
         if !is_asked || self.matcher.have_window(subset, frame, &warp).is_err() {
@@ -394,34 +391,32 @@ impl<'a> Follower<'a> {
             scatter: structure.scatter,
             of_reference,
         };
-        // The quadratic match is a step from the affine one.
-        let bent = quadratic.as_ref().zip(bent.as_ref()).and_then(|(quadratic, bent)| {
-            let (here, _) = quadratic.compare(window, &warp, workspace)?;
-            let left = Left::of(quadratic, window, &warp.compose_inverse(&here.step)?, workspace)?;
-            Some((quadratic, bent, left))
+        // The next one's match is a step from the subset's own.
+        let bent = richer.as_ref().zip(bent.as_ref()).and_then(|(richer, bent)| {
+            let (here, _) = richer.compare(window, &warp, workspace)?;
+            let left = Left::of(richer, window, &warp.compose_inverse(&here.step)?, workspace)?;
+            Some((richer, bent, left))
         });
         let Position { x_px, y_px, .. } = found.position;
         let as_stated = [x_px.sigma, y_px.sigma];
-        let Some((quadratic, bent, by_quadratic)) = bent else {
+        let Some((richer, bent, by_richer)) = bent else {
             self.alike.note(frame, reading(structure, &left, as_stated));
             return;
         };
-        let [of_affine, of_quadratic] =
-            [subset, quadratic].map(|subset| sigma_px(subset, &warp, &by_quadratic.residual));
-        let of_bend =
-            [0, 1].map(|axis| (of_quadratic[axis].powi(2) - of_affine[axis].powi(2)).max(0.0).sqrt());
-        let is_bent = left.residual.sum_of_squares > (1.0 + BENT) * by_quadratic.residual.sum_of_squares;
+        let [of_own, of_richer] = [subset, richer].map(|subset| sigma_px(subset, &warp, &by_richer.residual));
+        let of_bend = [0, 1].map(|axis| (of_richer[axis].powi(2) - of_own[axis].powi(2)).max(0.0).sqrt());
+        let is_bent = left.residual.sum_of_squares > (1.0 + BENT) * by_richer.residual.sum_of_squares;
         let of_place = match is_bent {
-            true => reading(&bent.of_place, &by_quadratic, of_affine),
+            true => reading(&bent.of_place, &by_richer, of_own),
             false => reading(structure, &left, as_stated),
         };
         self.alike.note(frame, of_place);
-        self.bends_alike.note(frame, reading(&bent.of_bend, &by_quadratic, of_bend));
+        self.bends_alike.note(frame, reading(&bent.of_bend, &by_richer, of_bend));
     }
 
     /// The match in a frame, and whether the frame by itself tells that it is right.
     fn find(&mut self, frame: usize) -> Result<(Match, bool), Lost> {
-        let Target { subset, standard, quadratic, .. } = self.target.as_ref().map_err(|reason| *reason)?;
+        let Target { subset, standard, richer, .. } = self.target.as_ref().map_err(|reason| *reason)?;
         let search = FrameSearch {
             recording: self.matcher.recording,
             subset,
@@ -430,7 +425,11 @@ impl<'a> Follower<'a> {
             reason: self.reason,
             is_certain: self.reference_frames.contains(&frame) && !self.starts_elsewhere,
         };
-        let mut matched = Matched { matcher: &mut self.matcher, parts: &mut self.parts, subset };
+        // Of a texture too weak for it, nothing would tell how far the search's turn and stretch are from its own.
+        let asks_affine = subset.settings.surfaces_bend && subset.settings.shape == Shape::Translation;
+        let is_affine = |richer: &PreparedSubset| richer.settings.shape == Shape::Affine;
+        let deforms = !asks_affine || richer.as_ref().is_some_and(is_affine);
+        let mut matched = Matched { matcher: &mut self.matcher, parts: &mut self.parts, subset, deforms };
         let by_frame = search.find(frame, &mut matched);
         let goes_on = |found: &Match| self.continuity.goes_on_at(&self.history, found.warp().position_px);
         let (found, is_evident) = match by_frame {
@@ -440,7 +439,7 @@ impl<'a> Follower<'a> {
             }
             Err(reason) => return Err(reason),
         };
-        if self.shape_test.is_some() || quadratic.is_some() {
+        if self.shape_test.is_some() || richer.is_some() {
             self.matcher.have_window(subset, frame, &found.warp())?;
         }
         Ok((found, is_evident))
@@ -467,11 +466,16 @@ struct Matched<'a, 'b> {
     matcher: &'a mut Matcher<'b>,
     parts: &'a mut Parts,
     subset: &'a PreparedSubset,
+    /// Whether it is searched for turned and stretched.
+    deforms: bool,
 }
 
 impl Locate for Matched<'_, '_> {
     type Found = Match;
-    const DEFORMS: bool = true;
+
+    fn deforms(&self) -> bool {
+        self.deforms
+    }
 
     fn locate(&mut self, frame: usize, start: Warp) -> Result<Match, Lost> {
         self.matcher.match_from(self.subset, frame, start)

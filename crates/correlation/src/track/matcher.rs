@@ -29,6 +29,26 @@ impl<'a> Matcher<'a> {
         frame: usize,
         start: Warp,
     ) -> Result<Match, Lost> {
+        self.moving_window(subset, frame, start, PreparedSubset::solve_visible)
+    }
+
+    /// The same of all that the frame shows of the subset, of which nothing is taken for hidden.
+    pub(crate) fn match_whole_from(
+        &mut self,
+        subset: &PreparedSubset,
+        frame: usize,
+        start: Warp,
+    ) -> Result<Match, Lost> {
+        self.moving_window(subset, frame, start, PreparedSubset::solve)
+    }
+
+    fn moving_window(
+        &mut self,
+        subset: &PreparedSubset,
+        frame: usize,
+        start: Warp,
+        solve: impl Fn(&PreparedSubset, &Window, Warp, &mut Workspace) -> Result<Match, Stop>,
+    ) -> Result<Match, Lost> {
         const WINDOWS: usize = 16; // half a pixel of slack each covers the largest drift that the iteration allows
         let mut start = start;
         for _ in 0..WINDOWS {
@@ -36,7 +56,7 @@ impl<'a> Matcher<'a> {
                 return Err(Lost::OutOfView);
             }
             self.read_window(subset, frame, &start)?;
-            match subset.solve_visible(&self.window, start, &mut self.workspace) {
+            match solve(subset, &self.window, start, &mut self.workspace) {
                 Ok(found) => return Ok(found),
                 Err(Stop::Lost(reason)) => return Err(reason),
                 Err(Stop::Escaped(warp)) => start = warp,
@@ -66,8 +86,16 @@ impl<'a> Matcher<'a> {
         if is_there { Ok(()) } else { self.read_window(subset, frame, warp) }
     }
 
-    /// Reads what a match around a place needs.
-    fn read_window(&mut self, subset: &PreparedSubset, frame: usize, warp: &Warp) -> Result<(), Lost> {
+    /// Reads what a match around a place needs, of a frame.
+    ///
+    /// # Errors
+    /// [`Lost::OutOfView`] where the frame does not hold it, [`Lost::Unreadable`].
+    pub(crate) fn read_window(
+        &mut self,
+        subset: &PreparedSubset,
+        frame: usize,
+        warp: &Warp,
+    ) -> Result<(), Lost> {
         let info = self.recording.info();
         let (region, margins) =
             window_around(subset, warp, info.width_px, info.height_px).ok_or(Lost::OutOfView)?;

@@ -205,7 +205,7 @@ impl Scene<'_> {
         let is_right = found.noise_ratio < NOISIER
             && found.position.zncc >= chance_zncc(&part, N_STARTS, RARE)
             && is_even(&part, self.window, &found.warp(), self.workspace);
-        let found = Match { is_whole: false, ..found };
+        let found = self.subset.in_part(found, &part);
         let is_noise = found.is_noise(1.0, part.n_used as f64);
         let stated = if is_noise { found } else { with_differences(found, &[seed.found]) };
         is_right.then_some(stated)
