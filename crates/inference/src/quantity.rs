@@ -1,6 +1,6 @@
 //! Quantities of the experiment that a fit may move.
 
-use chainwave_mechanics::{Chain, Contact, Striker};
+use chainwave_mechanics::{Chain, Contact, FarEnd, Striker};
 
 use crate::steps::{DAMPING_STEPS, FACTOR_STEP};
 
@@ -48,6 +48,8 @@ pub enum Quantity {
     StrikerGroundDamping,
     /// Dry friction of the striker, in newtons; not a factor, and none where nothing is said.
     StrikerFriction,
+    /// Velocity of a striker behind the far end.
+    FarStrikerVelocity,
     /// Stiffness of springs that hold each body to ground beside what is stated, in newtons per metre; not a factor, and none where nothing is
     /// said.
     GroundSpring,
@@ -108,6 +110,7 @@ impl Quantity {
             Self::Drag => "drag_kg_per_m",
             Self::StrikerGroundDamping => "striker_ground_damping_kg_per_s",
             Self::StrikerFriction => "striker_friction_n",
+            Self::FarStrikerVelocity => "far_striker_velocity",
             Self::GroundSpring => "ground_spring_n_per_m",
             Self::DampingGrade => "damping_of_last_body_over_first",
             Self::DampingOfBody(_) => "damping_of_body",
@@ -176,6 +179,11 @@ impl Quantity {
             Self::Exponent => chain.contact.for_each_power_law(|law| law.p *= factor),
             Self::Scale | Self::ScaleOfView(_) | Self::Friction | Self::Drag | Self::StrikerFriction => {}
             Self::StrikerGroundDamping => striker.ground_damping_kg_per_s += factor,
+            Self::FarStrikerVelocity => {
+                if let FarEnd::Struck(far) = &mut chain.far_end {
+                    far.striker.velocity_m_per_s *= factor;
+                }
+            }
             Self::MassOfEverySecond => {
                 chain.mass_kg.iter_mut().skip(1).step_by(2).for_each(|mass_kg| *mass_kg *= factor);
             }

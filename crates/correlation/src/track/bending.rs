@@ -65,7 +65,7 @@ impl Bend {
     ) -> Self {
         let shown = match found.is_whole {
             true => Self::of_seen([own, richer], matcher, frame, found),
-            false => Self::of_more(richer, matcher, frame, found).or_else(|| {
+            false => Self::of_whole(richer, matcher, frame, found).or_else(|| {
                 own.visible_at(&matcher.window, found, &mut matcher.workspace).and_then(|visible| {
                     let [own, richer] = [own.only(&visible).ok()?, richer.only(&visible).ok()?];
                     Self::of_seen([&own, &richer], matcher, frame, found)
@@ -80,18 +80,19 @@ impl Bend {
         shown.unwrap_or_else(untold)
     }
 
-    /// Where the richer subset is matched by more of its pixels: what was left out was turned or bent away, and not hidden.
-    fn of_more(
+    /// Where the whole of the richer subset is matched, and left no more than what the own one matched of itself: what that left out was turned or bent
+    /// away, and not hidden.
+    fn of_whole(
         richer: &PreparedSubset,
         matcher: &mut Matcher<'_>,
         frame: usize,
         found: &Match,
     ) -> Option<Self> {
-        let by_richer = matcher.match_from(richer, frame, found.warp()).ok()?;
-        let [own, more] = [found, &by_richer].map(|found| [found.position.x_px, found.position.y_px]);
-        (by_richer.share_seen > found.share_seen).then(|| Self {
-            difference_px: [0, 1].map(|axis| more[axis].value - own[axis].value),
-            variance: [0, 1].map(|axis| more[axis].sigma.powi(2)),
+        let whole = matcher.match_from(richer, frame, found.warp()).ok()?;
+        let [own, richer] = [found, &whole].map(|found| [found.position.x_px, found.position.y_px]);
+        (whole.is_whole && whole.noise_ratio <= found.noise_ratio).then(|| Self {
+            difference_px: [0, 1].map(|axis| richer[axis].value - own[axis].value),
+            variance: [0, 1].map(|axis| richer[axis].sigma.powi(2)),
             gradient: found.gradient,
         })
     }

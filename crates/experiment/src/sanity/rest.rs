@@ -14,8 +14,11 @@ use crate::tracks::FollowedBody;
 pub(crate) const MOTION_AT_REST: &str = "motion_at_rest";
 /// Frames at rest that are looked at before tracking.
 const MOST_LOOKED_AT: usize = 64;
-/// Fewer frames at rest do not tell motion from noise.
+/// Fewer frames at rest do not tell by their own scatter what is motion and what noise.
 const LEAST_FRAMES: usize = 6;
+/// Standard deviations of a line's slope from which on a body moves from the first frame on: where the stated sigmas are a third too small, one line in
+/// 10 000 has as much.
+const MOVING_SIGMAS: f64 = 5.5;
 /// A reading this many sigma off those of the first half has left its place, where the next one has too. Two readings in a row do so
 /// on one side by chance for one body in 300 000.
 const LEFT_SIGMAS: f64 = 3.0;
@@ -27,6 +30,11 @@ const DRIFT_SIGMAS: f64 = 5.0;
 /// What a body does while it should rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Motion {
+    /// It moves from the first frame on.
+    FromFirst {
+        /// How far it comes, in the readings' unit.
+        by: f64,
+    },
     /// It has left its place before the rest ends.
     Left {
         /// From this frame on.
@@ -78,8 +86,11 @@ pub(super) fn motion_in_view(setup: &Setup, view: &ViewAtRest) -> Option<Finding
             recording: view.trial.recording.clone(),
             body: *body,
             by_px,
-            onset_s: recording.info().times_s.get(first + frame).copied(),
-            drift_sigmas: 0.0,
+            how: recording
+                .info()
+                .times_s
+                .get(first + frame)
+                .map_or(How::FromFirst, |time_s| How::From(*time_s)),
         })
     };
     let moving: Vec<Moving> = view.bodies.iter().filter_map(of_body).collect();
@@ -93,9 +104,18 @@ struct Moving {
     body: usize,
     /// How far, in pixels along the chain.
     by_px: f64,
-    /// When the motion begins, where it has a beginning.
-    onset_s: Option<f64>,
-    drift_sigmas: f64,
+    how: How,
+}
+
+/// How a body moves.
+#[derive(Clone, Copy)]
+enum How {
+    /// From the first frame on.
+    FromFirst,
+    /// From a time on, in seconds.
+    From(f64),
+    /// By so many standard deviations from one half of the rest to the other.
+    Drifting(f64),
 }
 
 impl Moving {
@@ -104,12 +124,13 @@ impl Moving {
         let n_rest = observation.times_s.iter().take_while(|time_s| **time_s < rest_until_s).count();
         let readings: Vec<Option<Estimate>> =
             body.positions.iter().take(n_rest).map(|found| Some(found.as_ref().ok()?.x_px)).collect();
-        let (by_px, onset_s, drift_sigmas) = match moved(&readings)? {
-            Motion::Left { frame, by } => (by, observation.times_s.get(frame).copied(), 0.0),
-            Motion::Drift { by, sigmas } => (by, None, sigmas),
+        let (by_px, how) = match moved(&readings)? {
+            Motion::FromFirst { by } => (by, How::FromFirst),
+            Motion::Left { frame, by } => (by, How::From(*observation.times_s.get(frame)?)),
+            Motion::Drift { by, sigmas } => (by, How::Drifting(sigmas)),
         };
         let (view, recording) = (observation.view, observation.recording.clone());
-        Some(Self { view, recording, body: body.body, by_px, onset_s, drift_sigmas })
+        Some(Self { view, recording, body: body.body, by_px, how })
     }
 }
 
@@ -122,19 +143,30 @@ fn finding(setup: &Setup, moving: &[&Moving]) -> Option<Finding> {
         1 => String::new(),
         n => format!(" (and in {} other recordings of view {})", n - 1, farthest.view),
     };
-    let onset_s = moving.iter().filter_map(|one| one.onset_s).fold(f64::INFINITY, f64::min);
-    let how = match onset_s.is_finite() {
-        true => format!(
+    let begins = |one: &&Moving| match one.how {
+        How::FromFirst => Some(f64::NEG_INFINITY),
+        How::From(time_s) => Some(time_s),
+        How::Drifting(_) => None,
+    };
+    let onset_s = moving.iter().filter_map(begins).min_by(f64::total_cmp);
+    let how = match (onset_s, farthest.how) {
+        (Some(f64::NEG_INFINITY), _) => {
+            "from the first frame on: displacements count from places that bodies have already left \
+             (hint: does the film begin after the strike? record frames before it)"
+                .to_owned()
+        }
+        (Some(onset_s), _) => format!(
             "it begins at about {:.3} ms, before the rest ends at {:.3} ms: displacements count from places that bodies have already left \
              (hint: a tracking.rest_until_s before {onset_s:.2e}; does the trigger come late?)",
             1e3 * onset_s,
             1e3 * rest_until_s
         ),
-        false => format!(
+        (None, How::Drifting(sigmas)) => format!(
             "the second half of the rest lies elsewhere than the first by {:.1} standard deviations (hint: does the camera or the chain \
              drift, or does the motion begin early?)",
-            farthest.drift_sigmas.abs()
+            sigmas.abs()
         ),
+        (None, _) => String::new(),
     };
     Some(Finding {
         code: MOTION_AT_REST,
@@ -170,6 +202,7 @@ pub fn first_to_leave_rest(observation: &Observation, rest_until_s: f64) -> Opti
 /// The first of some readings at rest that has left its place, where one has, and how far they come; what merely drifts has not left it.
 pub(crate) fn left_rest(readings: &[Option<Estimate>]) -> Option<(usize, f64)> {
     match moved(readings)? {
+        Motion::FromFirst { by } => Some((0, by)),
         Motion::Left { frame, by } => Some((frame, by)),
         Motion::Drift { .. } => None,
     }
@@ -179,6 +212,10 @@ pub(crate) fn left_rest(readings: &[Option<Estimate>]) -> Option<(usize, f64)> {
 fn moved(readings: &[Option<Estimate>]) -> Option<Motion> {
     let seen: Vec<(usize, Estimate)> =
         readings.iter().enumerate().filter_map(|(frame, reading)| Some((frame, (*reading)?))).collect();
+    let first_half = if seen.len() < LEAST_FRAMES { &seen[..] } else { &seen[..seen.len() / 2] };
+    if is_moving(first_half) {
+        return Some(Motion::FromFirst { by: seen.last()?.1.value - seen.first()?.1.value });
+    }
     if seen.len() < LEAST_FRAMES {
         return None;
     }
@@ -201,6 +238,21 @@ fn moved(readings: &[Option<Estimate>]) -> Option<Motion> {
     (sigmas.abs() > DRIFT_SIGMAS).then_some(Motion::Drift { by, sigmas })
 }
 
+/// Whether readings go along a line whose slope no noise gives.
+fn is_moving(seen: &[(usize, Estimate)]) -> bool {
+    let n = seen.len() as f64;
+    let mean = |of: &dyn Fn(&(usize, Estimate)) -> f64| seen.iter().map(of).sum::<f64>() / n;
+    let (middle, level) = (mean(&|(frame, _)| *frame as f64), mean(&|(_, x)| x.value));
+    let spread = seen.iter().map(|(frame, _)| (*frame as f64 - middle).powi(2)).sum::<f64>();
+    let slope = seen.iter().map(|(frame, x)| (*frame as f64 - middle) * x.value).sum::<f64>() / spread;
+    let left = |(frame, x): &(usize, Estimate)| (x.value - level - slope * (*frame as f64 - middle)).powi(2);
+    // What so few leave of a line is as likely how the motion bends.
+    let is_known = seen.len() >= LEAST_FRAMES;
+    let scatter = if is_known { seen.iter().map(left).sum::<f64>() / (n - 2.0) } else { 0.0 };
+    let variance = mean(&|(_, x)| x.sigma.powi(2)).max(scatter);
+    seen.len() > 1 && slope.abs() > MOVING_SIGMAS * (variance / spread).sqrt()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -216,6 +268,18 @@ mod tests {
         assert_eq!(moved(&readings(38, |_| 0.0)), None);
         assert_eq!(moved(&readings(400, |_| 0.0)), None);
         assert_eq!(moved(&readings(3, |_| 100.0)), None);
+        assert_eq!(moved(&readings(2, |_| 0.0)), None);
+        assert_eq!(moved(&readings(1, |_| 0.0)), None);
+    }
+
+    #[test]
+    fn a_film_that_begins_after_the_strike_has_no_rest() {
+        for n in [2, 3, 5, 8, 20] {
+            let found = moved(&readings(n, |k| 12.0 * f64::from(k)));
+            let Some(Motion::FromFirst { by }) = found else { panic!("{n}: {found:?}") };
+            // to the noise of both ends
+            assert!((by - 12.0 * f64::from(n - 1)).abs() < 4.0, "{n}: {by}");
+        }
     }
 
     #[test]

@@ -22,6 +22,8 @@ pub enum Hypothesis {
     StrikerDamping,
     /// What carries the striker rubs it, with a force that does not depend on its speed.
     StrikerFriction,
+    /// The striker behind the far end is faster or slower than stated.
+    FarStrikerVelocity,
     /// The pictures' scale is another than stated.
     Scale,
     /// The striker meets body 1 in a contact of its own stiffness.
@@ -64,13 +66,14 @@ const MOST_NUMBERS: usize = 320;
 
 impl Hypothesis {
     /// All, simple ones first.
-    pub const ALL: [Self; 19] = [
+    pub const ALL: [Self; 20] = [
         Self::ContactStiffness,
         Self::BodyMass,
         Self::StruckMass,
         Self::StrikerMass,
         Self::StrikerDamping,
         Self::StrikerFriction,
+        Self::FarStrikerVelocity,
         Self::Scale,
         Self::StrikerContact,
         Self::ContactLaw,
@@ -95,6 +98,9 @@ impl Hypothesis {
             Self::StrikerMass => "the striker had another mass than stated (striker.mass_kg)",
             Self::StrikerDamping => "what carries the striker damped it",
             Self::StrikerFriction => "dry friction held the striker back",
+            Self::FarStrikerVelocity => {
+                "the striker behind the far end had another velocity than stated (far_striker.velocity_m_per_s)"
+            }
             Self::Scale => "the pictures had another scale than stated (camera.scale_px_per_m)",
             Self::StrikerContact => "the striker's contact had a stiffness of its own",
             Self::ContactLaw => "the contacts followed another curve than stated (contact.a, delta_0_m, p)",
@@ -123,6 +129,7 @@ impl Hypothesis {
             Self::ContactLaw => &[Quantity::Prefactor, Quantity::Softening],
             Self::StrikerDamping => &[Quantity::StrikerGroundDamping],
             Self::StrikerFriction => &[Quantity::StrikerFriction],
+            Self::FarStrikerVelocity => &[Quantity::FarStrikerVelocity],
             Self::Scale => &[Quantity::Scale],
             Self::StrikerContact => &[Quantity::StrikerContact],
             Self::Friction => &[Quantity::Friction],
@@ -176,6 +183,11 @@ impl Hypothesis {
                     )
                 };
                 !model.priors.iter().any(is_free)
+            }
+            Self::FarStrikerVelocity => {
+                let moves =
+                    matches!(&model.chain.far_end, FarEnd::Struck(far) if far.striker.velocity_m_per_s > 0.0);
+                moves && !self.quantities().iter().any(is_prior)
             }
             Self::OtherEnd => {
                 !matches!(model.chain.far_end, FarEnd::Struck(_)) && !self.quantities().iter().any(is_prior)
