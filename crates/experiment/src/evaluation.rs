@@ -1,5 +1,6 @@
 //! What follows from the tracks: stitched motion, wave quantities, fits, and the model beside the measurement.
 
+mod beyond_table;
 pub(crate) mod decisions;
 mod lost_bodies;
 pub(crate) mod notices;
@@ -20,6 +21,7 @@ use chainwave_stitching::{Assumption, Outlier, Stitched};
 use crate::chain::stated_motion::StatedMotion;
 use crate::configuration::Experiment;
 use crate::error::Error;
+use crate::evaluation::beyond_table::beyond_table;
 use crate::evaluation::notices::{
     aligned_by_one_striker, aligned_without_body_1, before_the_wave, not_aligned, not_shown, notices,
 };
@@ -124,6 +126,7 @@ pub fn evaluate(
     let mut notices = notices(experiment, &tracked.recordings, &observations, &recording_alignments);
     notices.extend(before_the_wave(&observations, &reached));
     notices.extend(of_drive(experiment, &observations));
+    notices.extend(beyond_table(chain, &measurement.strain));
     let of_model = track_fit.iter().flat_map(TrackFit::warnings);
     notices.extend(Finding::all_of("chain_model", "the chain model", of_model));
     let believed = track_fit.as_ref().ok().filter(|fit| fit.is_believed());

@@ -79,8 +79,8 @@ impl Damping {
         ]
     }
 
-    /// Why c_d and c_s are no results, where they are none: at the bound of zero, or so uncertain that they may be anything up to critical
-    /// damping, which `critical_kg_per_s` is of each.
+    /// Why c_d and c_s are no results, where they are none: at the bound of zero or of critical damping, which `critical_kg_per_s` is of each, or so
+    /// uncertain that they may be anything up to that.
     pub fn refusals(&self, critical_kg_per_s: f64) -> [Option<String>; N_DAMPINGS] {
         [self.chain_damping_kg_per_s, self.striker_damping_kg_per_s]
             .map(|found| refusal(found, critical_kg_per_s))
@@ -110,7 +110,9 @@ pub fn refusal(found: Estimate, critical_kg_per_s: f64) -> Option<String> {
     if found.value <= AT_ZERO * found.sigma {
         return Some(format!("at its bound of zero: below {high:.2e} kg/s (95 %)"));
     }
-    (found.value >= AT_CRITICAL * critical_kg_per_s)
+    // Only a search that is bound by it ends there: what tracks tell may lie beyond.
+    (AT_CRITICAL..=1.0)
+        .contains(&(found.value / critical_kg_per_s))
         .then(|| format!("at its bound of critical damping ({critical_kg_per_s:.2e} kg/s)"))
 }
 

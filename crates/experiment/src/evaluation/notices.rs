@@ -43,7 +43,7 @@ pub(crate) fn notices(
 pub(crate) fn aligned_by_one_striker() -> Finding {
     let text = "with a [far_striker] views and trials are aligned as if what differs from strike to strike were the first striker's alone: a \
                 recording has two drives, of which the alignment tells none; triggers of views that the other one moves are less certain than stated; \
-                what the motion would be with drives that are alike is an error of it. The fits take the other one to be as stated in every trial";
+                what the motion would be with drives that are alike is an error of it. The fits take the other one to be as stated, or of one other velocity, in every trial";
     Finding { code: "far_striker", subject: "the alignment".into(), text: text.into() }
 }
 

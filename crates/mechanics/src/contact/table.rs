@@ -102,6 +102,11 @@ impl TableLaw {
         self.evaluate(x_m).1
     }
 
+    /// The first and the last of its points' overlaps, or displacements, in metres; beyond them the curve goes on along its tangents.
+    pub fn range_m(&self) -> [f64; 2] {
+        [self.starts_m[0], self.starts_m[self.starts_m.len() - 1]]
+    }
+
     fn through(x: &[f64], f: &[f64]) -> Self {
         let slopes = monotone_slopes(x, f);
         let mut pieces: Vec<CubicPiece> = (0..x.len() - 1)
