@@ -326,34 +326,7 @@ impl Standard {
                 (of_shape.max(N_DEFORMED), n_trials as f64, RARE, reach_px)
             }
         };
-        let compared = found.share_seen * found.warp.area().min(1.0);
-        let by_chance = match origin {
-            Origin::Expected(start) if self.is_deformed_as(subset, &start, &found.warp) => {
-                let (n_parameters, n_trials) =
-                    if self.is_placed_as(&start, &found.warp) { (0, 1.0) } else { (2, n_trials) };
-                let in_light = |light| {
-                    n_trials * chance_in_light(subset, n_parameters, found.zncc, [self.light, light]) < p
-                };
-                let is_in_light = found.light.is_some_and(in_light);
-                if is_in_light {
-                    0.0
-                } else {
-                    chance_zncc_over(found.share_seen, n_parameters, subset, n_trials, p)
-                }
-            }
-            // What was found as little deformed as it was last was not made to resemble it by deforming it.
-            Origin::Searched { may_be: [last, _], .. }
-                if n_parameters == of_shape && self.is_deformed_as(subset, &last, &found.warp) =>
-            {
-                let n_ways = ways_to_leave_out(subset, found.share_seen);
-                chance_zncc_over(found.share_seen, 2, subset, n_ways * n_trials, p)
-            }
-            Origin::Searched { .. } => {
-                let n_ways = ways_to_leave_out(subset, found.share_seen);
-                chance_zncc_over(compared, n_parameters, subset, n_ways * n_trials, p)
-            }
-            Origin::Expected(_) => chance_zncc_over(compared, n_parameters, subset, n_trials, p),
-        };
+        let by_chance = self.by_chance(subset, &found, origin, (n_parameters, n_trials, p));
         let is_told = found.zncc >= by_chance
             || !found.zncc.is_nan()
                 && self.around.tells(
@@ -392,6 +365,46 @@ impl Standard {
         let own = Own { place_px, zncc: found.zncc, length_px: self.own_px };
         let best = best_rival(own, &peaks, |place_px| again(Warp { position_px: place_px, ..found.warp }));
         if fisher(found.zncc) < best + self.noise { Err(Lost::Ambiguous) } else { Ok(()) }
+    }
+
+    /// The correlation that something else has with the subset in a share `p` of cases, at the best of so many places and deformations, with so many
+    /// parameters fitted: those that came out as was expected are none of them, and what was left out was chosen.
+    fn by_chance(
+        &self,
+        subset: &PreparedSubset,
+        found: &PlaceMatch,
+        origin: Origin,
+        (n_parameters, n_trials, p): (usize, f64, f64),
+    ) -> f64 {
+        let of_shape = subset.settings.shape.n_parameters();
+        let compared = found.share_seen * found.warp.area().min(1.0);
+        match origin {
+            Origin::Expected(start) if self.is_deformed_as(subset, &start, &found.warp) => {
+                let (n_parameters, n_trials) =
+                    if self.is_placed_as(&start, &found.warp) { (0, 1.0) } else { (2, n_trials) };
+                let in_light = |light| {
+                    n_trials * chance_in_light(subset, n_parameters, found.zncc, [self.light, light]) < p
+                };
+                let is_in_light = found.light.is_some_and(in_light);
+                if is_in_light {
+                    0.0
+                } else {
+                    chance_zncc_over(found.share_seen, n_parameters, subset, n_trials, p)
+                }
+            }
+            // What was found as little deformed as it was last was not made to resemble it by deforming it.
+            Origin::Searched { may_be: [last, _], .. }
+                if n_parameters == of_shape && self.is_deformed_as(subset, &last, &found.warp) =>
+            {
+                let n_ways = ways_to_leave_out(subset, found.share_seen);
+                chance_zncc_over(found.share_seen, 2, subset, n_ways * n_trials, p)
+            }
+            Origin::Searched { .. } => {
+                let n_ways = ways_to_leave_out(subset, found.share_seen);
+                chance_zncc_over(compared, n_parameters, subset, n_ways * n_trials, p)
+            }
+            Origin::Expected(_) => chance_zncc_over(compared, n_parameters, subset, n_trials, p),
+        }
     }
 
     /// Whether a subset lies and is deformed so nearly as was expected that its texture would hardly tell.

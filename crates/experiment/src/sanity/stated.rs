@@ -139,6 +139,22 @@ pub(super) fn profile_times(setup: &Setup, views: &[ViewAtRest]) -> Option<Findi
     })
 }
 
+/// Force over overlap of the first gap where it holds the energy that the striker brings; 0 where there is no striker.
+fn struck_stiffness_n_per_m(setup: &Setup) -> Result<f64, Error> {
+    /// Doublings of the first overlap: from a nanometre to metres.
+    const DOUBLINGS: i32 = 32;
+    let Some(striker) = &setup.experiment.striker else { return Ok(0.0) };
+    let brought_j = 0.5 * striker.mass_kg.get() * striker.velocity_m_per_s.get().powi(2);
+    let chain = setup.experiment.chain_model()?;
+    let contact = chain.contact.of_gap(0);
+    let overlaps_m = (0..DOUBLINGS).map(|k| 1e-9 * 2.0_f64.powi(k));
+    let holds = |overlap_m: &f64| contact.energy()(*overlap_m) >= brought_j;
+    Ok(overlaps_m
+        .into_iter()
+        .find(holds)
+        .map_or(0.0, |overlap_m| contact.force_and_energy(overlap_m).0 / overlap_m))
+}
+
 /// A striker so many times as heavy or light as a body is none.
 const MOST_MASS_RATIO: f64 = 1000.0;
 /// Fewer gaps than this in a whole recording are no wave that could be measured.
@@ -171,7 +187,9 @@ pub(super) fn masses(setup: &Setup, views: &[ViewAtRest]) -> Result<Vec<Finding>
     let longest_s = infos().filter_map(RecordingInfo::last_s).fold(0.0, f64::max);
     let frame_s = infos().filter_map(|info| median_interval_s(&info.times_s)).fold(f64::INFINITY, f64::min);
     let bodies_per_s = linear.bodies_per_s();
-    let (in_all, in_a_frame) = (bodies_per_s * longest_s, bodies_per_s * frame_s);
+    // Contacts that stiffen, as Hertz's do, carry a strong wave faster than a weak one.
+    let stiffer = struck_stiffness_n_per_m(setup)? / linear.stiffness_n_per_m;
+    let (in_all, in_a_frame) = (bodies_per_s * stiffer.max(1.0).sqrt() * longest_s, bodies_per_s * frame_s);
     let speed = linear.sound_speed_m_per_s(chain.mean_pitch_m());
     let told = format!(
         "with a mass of {} kg and a stiffness of {:.4e} N/m a wave runs at {speed:.3e} m/s",
