@@ -13,6 +13,8 @@ mod released;
 #[cfg(test)]
 mod struck;
 #[cfg(test)]
+mod struck_behind;
+#[cfg(test)]
 mod tracks;
 #[cfg(test)]
 mod turned;
