@@ -376,8 +376,6 @@ impl Standard {
         origin: Origin,
         (n_parameters, n_trials, p): (usize, f64, f64),
     ) -> f64 {
-        let of_shape = subset.settings.shape.n_parameters();
-        let compared = found.share_seen * found.warp.area().min(1.0);
         match origin {
             Origin::Expected(start) if self.is_deformed_as(subset, &start, &found.warp) => {
                 let (n_parameters, n_trials) =
@@ -392,18 +390,18 @@ impl Standard {
                     chance_zncc_over(found.share_seen, n_parameters, subset, n_trials, p)
                 }
             }
-            // What was found as little deformed as it was last was not made to resemble it by deforming it.
-            Origin::Searched { may_be: [last, _], .. }
-                if n_parameters == of_shape && self.is_deformed_as(subset, &last, &found.warp) =>
-            {
-                let n_ways = ways_to_leave_out(subset, found.share_seen);
-                chance_zncc_over(found.share_seen, 2, subset, n_ways * n_trials, p)
+            Origin::Searched { may_be: [last, _], .. } => {
+                let n_trials = ways_to_leave_out(subset, found.share_seen) * n_trials;
+                // What was found as little deformed as it was last was not made to resemble it by deforming it, if it could have been.
+                let can_deform = subset.settings.shape.n_parameters() >= N_DEFORMED;
+                match can_deform && self.is_deformed_as(subset, &last, &found.warp) {
+                    true => chance_zncc_over(found.share_seen, 2, subset, n_trials, p),
+                    false => chance_zncc_over(found.share_compared(), n_parameters, subset, n_trials, p),
+                }
             }
-            Origin::Searched { .. } => {
-                let n_ways = ways_to_leave_out(subset, found.share_seen);
-                chance_zncc_over(compared, n_parameters, subset, n_ways * n_trials, p)
+            Origin::Expected(_) => {
+                chance_zncc_over(found.share_compared(), n_parameters, subset, n_trials, p)
             }
-            Origin::Expected(_) => chance_zncc_over(compared, n_parameters, subset, n_trials, p),
         }
     }
 

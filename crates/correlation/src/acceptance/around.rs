@@ -46,7 +46,7 @@ impl Around {
         let seen = larger.solve_visible(&window, found.warp, &mut Workspace::default());
         seen.is_ok_and(|seen| {
             let is_there = is_same_place(found.warp.position_px, seen.warp().position_px);
-            let compared = seen.share_seen * seen.warp().area().min(1.0);
+            let compared = seen.place().share_compared();
             let n_trials = n_trials * ways_to_leave_out(larger, seen.share_seen);
             let by_chance = chance_zncc_over(compared, n_parameters, larger, n_trials, p);
             is_there && seen.position.zncc >= by_chance

@@ -30,7 +30,7 @@ pub(crate) fn chance_zncc_over(
     n_trials: f64,
     p: f64,
 ) -> f64 {
-    let n_compared = share.min(1.0) * n_independent(subset);
+    let n_compared = share * n_independent(subset);
     let degrees_of_freedom = (n_compared - 2.0 - n_parameters as f64).max(1.0);
     let unexplained = (p / n_trials.max(1.0)).powf(2.0 / degrees_of_freedom);
     (1.0 - unexplained).max(0.0).sqrt()

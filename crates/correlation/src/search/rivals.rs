@@ -19,6 +19,13 @@ pub(crate) struct PlaceMatch {
     pub(crate) light: Option<Light>,
 }
 
+impl PlaceMatch {
+    /// Share of the subset's speckles that were compared: a picture that shows it smaller has fewer, one that shows it larger no more.
+    pub(crate) fn share_compared(&self) -> f64 {
+        self.share_seen * self.warp.area().min(1.0)
+    }
+}
+
 /// What rivals are held against.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Own {

@@ -66,6 +66,7 @@ impl Bend {
         let shown = match found.is_whole {
             true => Self::of_seen([own, richer], matcher, frame, found),
             false => Self::of_whole(richer, matcher, frame, found).or_else(|| {
+                matcher.have_window(own, frame, &found.warp()).ok()?;
                 own.visible_at(&matcher.window, found, &mut matcher.workspace).and_then(|visible| {
                     let [own, richer] = [own.only(&visible).ok()?, richer.only(&visible).ok()?];
                     Self::of_seen([&own, &richer], matcher, frame, found)
@@ -130,8 +131,7 @@ impl Bend {
             return Some(bend);
         }
         // A long step is not the whole of it, and what it leaves is no noise.
-        let whole = matcher.match_whole_from(richer, frame, stepped);
-        let whole = whole.ok()?;
+        let whole = matcher.match_whole_from(richer, frame, stepped).ok()?;
         let Position { x_px, y_px, zncc, .. } = whole.position;
         let ratio =
             [0, 1].map(|axis| variance(sigma_px(richer, &warp, &residual))[axis] / of_own[axis].powi(2));

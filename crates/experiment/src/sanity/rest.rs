@@ -17,7 +17,7 @@ const MOST_LOOKED_AT: usize = 64;
 /// Fewer frames at rest do not tell by their own scatter what is motion and what noise.
 const LEAST_FRAMES: usize = 6;
 /// Standard deviations of a line's slope from which on a body moves from the first frame on: where the stated sigmas are a third too small, one line in
-/// 10 000 has as much.
+/// 4000 has as much.
 const MOVING_SIGMAS: f64 = 5.5;
 /// A reading this many sigma off those of the first half has left its place, where the next one has too. Two readings in a row do so
 /// on one side by chance for one body in 300 000.
