@@ -80,7 +80,8 @@ const MAX_TRIES: u8 = 3;
 /// A first point is found by search. Each further one starts from the place and deformation of its neighbour with the
 /// best correlation among all found so far (B. Pan, Appl. Opt. 48 (2009) 1535-1542), so that a bad region is entered
 /// last and misleads nobody; parts that cannot be reached so are searched for anew. `progress` receives the number of
-/// points settled.
+/// points settled. Where the field bends, and points lie farther apart than neighbours tell that, others are matched between them and left away
+/// again.
 ///
 /// # Errors
 /// [`CorrelationError::Setting`] when a setting has no meaning, [`CorrelationError::GridTooLarge`] when no subset fits
@@ -96,10 +97,53 @@ pub fn correlate(
 ) -> Result<Field, CorrelationError> {
     settings.check()?;
     let settings = Settings { interpolation: target.interpolation, ..settings.clone() };
-    let pair = ImagePair { reference, target, settings, choice, half_px: grid.half_px };
-    let mut growth = Growth::new(pair, grid, n_threads)?;
-    growth.grow(progress);
-    Ok(growth.finish(grid))
+    let grown = |grid: FieldGrid, progress: &(dyn Fn(u64) + Sync)| {
+        let (settings, half_px) = (settings.clone(), grid.half_px);
+        let pair = ImagePair { reference, target, settings, choice, half_px };
+        let mut growth = Growth::new(pair, grid, n_threads)?;
+        growth.grow(progress);
+        Ok::<Grown, CorrelationError>(growth.finish(grid))
+    };
+    let Grown { field, bends } = grown(grid, progress)?;
+    match grid.divided() {
+        Some((fine, every)) if bends => Ok(grown(fine, &|_| ())?.field.thinned(every)),
+        _ => Ok(field),
+    }
+}
+
+/// A field that has grown to its last point.
+struct Grown {
+    field: Field,
+    /// Whether it bends anywhere by what its shape function does not follow.
+    bends: bool,
+}
+
+/// Parts into which a step is divided at most.
+const MOST_PARTS: usize = 4;
+
+impl FieldGrid {
+    /// The same with so many points between that neighbours tell what a shape function leaves of a bend: what lies farther away than three quarters of
+    /// half a subset is another part of a short wave. `None` where they lie so near, or no division of the step does it.
+    fn divided(self) -> Option<(Self, usize)> {
+        let is_near = |parts: usize| 4 * self.step_px <= 3 * self.half_px * parts;
+        let divides = |parts: &usize| self.step_px.is_multiple_of(*parts);
+        let near = (1..=MOST_PARTS).filter(divides).find(|parts| is_near(*parts));
+        let parts = near.or_else(|| (1..=MOST_PARTS).rev().find(divides)).filter(|parts| *parts > 1)?;
+        Some((Self { step_px: self.step_px / parts, ..self }, parts))
+    }
+}
+
+impl Field {
+    /// Every so-manieth of its points along both axes, from the first on.
+    fn thinned(self, every: usize) -> Self {
+        let Self { step_px, half_px, n_columns, points } = self;
+        let is_kept = |index: usize| {
+            (index % n_columns).is_multiple_of(every) && (index / n_columns).is_multiple_of(every)
+        };
+        let kept = points.into_iter().enumerate().filter(|(index, _)| is_kept(*index));
+        let points = kept.map(|(_, point)| point).collect();
+        Self { step_px: step_px * every, half_px, n_columns: n_columns.div_ceil(every), points }
+    }
 }
 
 /// A field on its way from the first point to the last.
@@ -228,7 +272,7 @@ impl<'a> Growth<'a> {
         self.settled[point] = Some(settled);
     }
 
-    fn finish(mut self, grid: FieldGrid) -> Field {
+    fn finish(mut self, grid: FieldGrid) -> Grown {
         if self.pair.settings.acceptance == Acceptance::ByEvidence {
             let (pair, places) = (&self.pair, self.places.as_slice());
             let consensus = Consensus { pair, places, n_columns: self.n_columns, step_px: self.step_px };
@@ -238,13 +282,14 @@ impl<'a> Growth<'a> {
         let n_threads = NonZero::new(self.workspaces.len()).unwrap_or(NonZero::<usize>::MIN);
         agree_on_shapes(&self.pair, &self.places, self.n_columns, n_threads, &mut self.settled);
         let is_mended = self.mend_parted(n_threads);
-        self.take_off_shape_error(&is_mended, n_threads);
+        let bends = self.take_off_shape_error(&is_mended, n_threads);
         widen_pulled(&self.pair, &self.places, self.n_columns, self.step_px, &mut self.settled);
         let points = self.places.iter().zip(self.settled).filter_map(|(&[x_px, y_px], settled)| {
             settled.map(|(found, shape)| FieldPoint { x_px, y_px, found, shape })
         });
         let points = points.collect();
-        Field { step_px: grid.step_px, half_px: grid.half_px, n_columns: self.n_columns, points }
+        let FieldGrid { step_px, half_px } = grid;
+        Grown { field: Field { step_px, half_px, n_columns: self.n_columns, points }, bends }
     }
 
     fn mend_parted(&mut self, n_threads: NonZero<usize>) -> Vec<bool> {
@@ -253,10 +298,11 @@ impl<'a> Growth<'a> {
         Halves { pair, places, n_columns, step_px, n_threads }.mend(&mut self.settled)
     }
 
-    fn take_off_shape_error(&mut self, is_mended: &[bool], n_threads: NonZero<usize>) {
+    /// Whether there is any.
+    fn take_off_shape_error(&mut self, is_mended: &[bool], n_threads: NonZero<usize>) -> bool {
         let (pair, places) = (&self.pair, self.places.as_slice());
         let (n_columns, step_px) = (self.n_columns, self.step_px);
-        ShapeError { pair, places, n_columns, step_px, is_mended, n_threads }.take_off(&mut self.settled);
+        ShapeError { pair, places, n_columns, step_px, is_mended, n_threads }.take_off(&mut self.settled)
     }
 
     /// A point that was not found is lost for its own reason: it has no texture, or lies outside of the picture where the nearest point

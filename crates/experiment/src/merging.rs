@@ -1,6 +1,7 @@
 //! Recordings merged to one motion, with every error that its samples share.
 
 pub(crate) mod between_views;
+mod by_neighbours;
 pub(crate) mod direction;
 pub(crate) mod inclination;
 pub(crate) mod joining;

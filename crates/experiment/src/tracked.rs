@@ -10,7 +10,9 @@ use crate::configuration::Trial;
 use crate::finding::Finding;
 use crate::geometry::stages::Stages;
 use crate::recordings::failed_recording::FailedRecording;
+use crate::timing::exposure::at_middle_of_exposure;
 use crate::timing::frame_steps::{FrameStep, frame_steps, put_right};
+use crate::timing::repeated_frames::{self, repeated_frames};
 use crate::tracks::{Coordinate, RecordingTracks};
 
 /// The tracks of all recordings that could be read.
@@ -36,15 +38,25 @@ impl Tracked {
             .fold(0.0, |last, time_s| last.max(*time_s))
     }
 
-    /// Finds frames that recordings lack or have twice, puts the times of later ones right, and says so.
+    /// Finds frames that show the picture before once more, and others that recordings lack or have twice, leaves the former out, puts the times of
+    /// those behind the latter right, and says so.
     pub(crate) fn count_frames(&mut self, n_threads: NonZero<usize>) {
+        for (recording, observation) in self.recordings.iter_mut().zip(&mut self.observations) {
+            recording.repeated_frames = repeated_frames(&recording.tracks);
+            if !recording.repeated_frames.is_empty() {
+                *observation = recording.observation();
+            }
+            recording.remarks.extend(repeated_frames::in_words(&recording.repeated_frames));
+        }
         let found = frame_steps(&self.observations, n_threads);
         for ((recording, observation), steps) in
             self.recordings.iter_mut().zip(&mut self.observations).zip(found)
         {
-            put_right(observation, &steps);
             recording.remarks.extend(steps.iter().map(FrameStep::in_words));
             recording.frame_steps = steps;
+            if !recording.frame_steps.is_empty() {
+                *observation = recording.observation();
+            }
         }
     }
 
@@ -72,6 +84,10 @@ pub struct TrackedRecording {
     pub(crate) line_time_s: Estimate,
     /// Bodies that were not found at rest, which have no displacement.
     pub(crate) without_rest: Vec<usize>,
+    /// For how long each of its frames was exposed, in seconds; 0 where nothing says that.
+    pub(crate) exposure_s: f64,
+    /// Frames that show the picture before them once more.
+    pub(crate) repeated_frames: Vec<usize>,
     /// Frames that it lacks, or has twice.
     pub(crate) frame_steps: Vec<FrameStep>,
     /// True time between its frames over the stated one.
@@ -104,6 +120,11 @@ impl TrackedRecording {
         self.put_right(self.tracks.observation_of(coordinate, &self.trial, map, self.line_time_s.value))
     }
 
+    /// Whether a frame shows a picture that was seen before, which its remarks say.
+    pub(crate) fn shows_again(&self, frame: usize) -> bool {
+        self.repeated_frames.contains(&frame) || self.frame_steps.iter().any(|step| step.repeats(frame))
+    }
+
     /// What is to be said of frames behind the recording proper, which has so many.
     pub(crate) fn frames_behind_a_pause(&self, n_proper: usize) -> Option<String> {
         let times_s = &self.tracks.times_s;
@@ -116,7 +137,9 @@ impl TrackedRecording {
     fn put_right(&self, mut observation: Observation) -> Observation {
         observation.bodies.retain(|track| !self.without_rest.contains(&track.body));
         observation.end_with_span();
+        repeated_frames::leave_out(&mut observation, &self.repeated_frames);
         put_right(&mut observation, &self.frame_steps);
+        at_middle_of_exposure(&mut observation, self.exposure_s);
         observation.times_s.iter_mut().for_each(|time_s| *time_s *= self.clock);
         observation
     }

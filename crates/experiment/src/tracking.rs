@@ -260,6 +260,8 @@ fn track_one(
         picture_px: (recording.info().width_px, recording.info().height_px),
         line_time_s,
         without_rest: Vec::new(),
+        exposure_s: recording.info().exposure_s.unwrap_or(0.0),
+        repeated_frames: Vec::new(),
         frame_steps: Vec::new(),
         clock: 1.0,
         origin,

@@ -105,6 +105,7 @@ pub(crate) fn averaged_by_trigger(
         spread,
         rounds: contradicted.rounds,
         unsettled: contradicted.unsettled,
+        by_trigger: true,
         // What the alignment says of these is no better than the alignment.
         shown: Vec::new(),
         clocks: Vec::new(),

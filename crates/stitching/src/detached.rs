@@ -44,6 +44,7 @@ pub(crate) fn joined(
     }
     let rounds = parts.iter().map(|part| part.stitched.rounds).max()?;
     let unsettled = parts.iter().find_map(|part| part.stitched.unsettled);
+    let by_trigger = parts.iter().any(|part| part.stitched.by_trigger);
     let drive_scale_sigma = parts.iter().filter_map(|part| part.stitched.drive_scale_sigma).reduce(f64::max);
     let clocks = parts.iter().flat_map(|part| part.stitched.clocks.clone()).collect();
     let shown = parts.iter().flat_map(|part| part.stitched.shown.clone()).collect();
@@ -59,6 +60,7 @@ pub(crate) fn joined(
         spread,
         rounds,
         unsettled,
+        by_trigger,
         shown,
         clocks,
         left_by_views,

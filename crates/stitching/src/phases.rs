@@ -216,6 +216,7 @@ impl Trimmed<'_> {
             spread,
             rounds,
             unsettled,
+            by_trigger: false,
             shown,
             clocks,
             left_by_views,

@@ -41,6 +41,8 @@ pub struct Stitched {
     pub rounds: usize,
     /// What still moved when the alignment was given up; `None` where it settled. The errors of the motion hold it.
     pub unsettled: Option<Unsettled>,
+    /// Whether no smooth response to the drive tells how trials differ, so that they are averaged by their triggers.
+    pub by_trigger: bool,
     /// What bodies show of the errors that were asked for.
     pub shown: Vec<ShownByBody>,
     /// What the readings say of clocks, where that was asked for.

@@ -63,8 +63,8 @@ pub(crate) struct ShapeError<'a> {
 }
 
 impl ShapeError<'_> {
-    /// Takes the error off the points where the field bends, and states what is left in their sigma.
-    pub(crate) fn take_off(&self, settled: &mut [Option<Settled>]) {
+    /// Takes the error off the points where the field bends, and states what is left in their sigma; whether it bends anywhere.
+    pub(crate) fn take_off(&self, settled: &mut [Option<Settled>]) -> bool {
         let grid = Grid {
             n_columns: self.n_columns,
             n_rows: self.places.len() / self.n_columns,
@@ -77,7 +77,7 @@ impl ShapeError<'_> {
         let bent: Vec<usize> =
             (0..bends.len()).filter(|&point| bends[point] && readings[point].is_some()).collect();
         if bent.is_empty() {
-            return;
+            return false;
         }
         let around = |point: &usize| {
             let shape = readings[*point].map_or(Shape::Affine, |reading| reading.shape);
@@ -116,6 +116,7 @@ impl ShapeError<'_> {
                 *estimate = without(*estimate, error, of_axes[axis].parts, further);
             }
         }
+        true
     }
 
     /// Columns from one of a point's neighbours to the next.

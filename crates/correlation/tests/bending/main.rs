@@ -45,6 +45,10 @@ impl Pictures {
     }
 
     fn field(&self, noise: f64, choice: ShapeChoice, n_threads: usize) -> Field {
+        self.field_on(GRID, noise, choice, n_threads)
+    }
+
+    fn field_on(&self, grid: FieldGrid, noise: f64, choice: ShapeChoice, n_threads: usize) -> Field {
         let [before, after] = [(&self.before, 0), (&self.after, 1)].map(|(tones, number)| {
             counts(tones, 12, noise, self.seed, number).unwrap().into_raw_vec_and_offset().0
         });
@@ -53,7 +57,7 @@ impl Pictures {
         let reference = Reference::new(whole, before, 1).unwrap().saturating_at(4095.0);
         let target = Window::new(whole, &after, settings.interpolation).unwrap();
         let n_threads = NonZero::new(n_threads).unwrap();
-        correlate(&reference, &target, GRID, &settings, choice, n_threads, &|_| ()).unwrap()
+        correlate(&reference, &target, grid, &settings, choice, n_threads, &|_| ()).unwrap()
     }
 
     /// Error and sigma of each displacement along y, and how many points there are in all.
@@ -157,6 +161,23 @@ fn strains_state_what_their_plane_leaves() {
 
 /// Periods and noises of strained waves.
 const STRAINED: [(f64, f64); 4] = [(70.0, 0.01), (100.0, 0.002), (200.0, 0.02), (400.0, 0.01)];
+
+/// Neighbours one and a half half widths away are another part of a wave of a hundred pixels: what affine subsets leave of it, a tenth of a pixel here,
+/// is told by points between, which are no part of the field that was asked for.
+#[test]
+fn points_far_apart_are_as_right_as_those_of_a_finer_grid() {
+    let grid = FieldGrid { step_px: 12, half_px: 8 };
+    let one = Pictures::new(wave(2.0, 100.0), 5);
+    let coarse = one.field_on(grid, 0.01, AFFINE, 1);
+    let fine = one.field_on(FieldGrid { step_px: 6, ..grid }, 0.01, AFFINE, 2);
+    assert!(coarse.n_columns == fine.n_columns.div_ceil(2) && coarse.step_px == 12);
+    let is_coarse = |index: &usize| {
+        (index % fine.n_columns).is_multiple_of(2) && (index / fine.n_columns).is_multiple_of(2)
+    };
+    let kept: Vec<&FieldPoint> =
+        (0..fine.points.len()).filter(is_coarse).map(|index| &fine.points[index]).collect();
+    assert!(coarse.points.iter().eq(kept));
+}
 
 #[test]
 fn bits_do_not_depend_on_the_number_of_threads() {

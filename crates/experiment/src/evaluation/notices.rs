@@ -31,7 +31,11 @@ pub(crate) fn notices(
         text: remark,
     };
     let remarks = remarks.into_iter().map(remark);
-    let unseen = unseen_for_a_while(observations);
+    let shows_again = |observation: &Observation, frame: usize| {
+        let own = recordings.iter().find(|one| one.trial.recording == observation.recording);
+        own.is_some_and(|one| one.shows_again(frame))
+    };
+    let unseen = unseen_for_a_while(observations, &shows_again);
     let lost = lost_for_good(recordings);
     let drives = unusual_drives(experiment, recording_alignments).into_iter();
     let triggers = trigger_scatter_s(experiment)

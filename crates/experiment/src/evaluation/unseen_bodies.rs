@@ -12,8 +12,11 @@ struct Unseen<'a> {
     times_s: Vec<f64>,
 }
 
+/// Whether a frame of a recording shows a picture that was seen before: what it does not show is no body's.
+pub(crate) type ShowsAgain<'a> = dyn Fn(&Observation, usize) -> bool + 'a;
+
 /// Bodies that some recordings of a view lost and found again; one finding for each view and body.
-pub(crate) fn unseen_for_a_while(observations: &[Observation]) -> Vec<Finding> {
+pub(crate) fn unseen_for_a_while(observations: &[Observation], shows_again: &ShowsAgain<'_>) -> Vec<Finding> {
     let places = |one: &Observation| {
         let view = one.view;
         one.bodies.iter().map(move |track| (view, track.body)).collect::<Vec<_>>()
@@ -21,12 +24,16 @@ pub(crate) fn unseen_for_a_while(observations: &[Observation]) -> Vec<Finding> {
     let mut places: Vec<(u32, usize)> = observations.iter().flat_map(places).collect();
     places.sort_unstable();
     places.dedup();
-    places.into_iter().filter_map(|(view, body)| unseen_in_view(observations, view, body)).collect()
+    places.into_iter().filter_map(|place| unseen_in_view(observations, place, shows_again)).collect()
 }
 
-fn unseen_in_view(observations: &[Observation], view: u32, body: usize) -> Option<Finding> {
+fn unseen_in_view(
+    observations: &[Observation],
+    (view, body): (u32, usize),
+    shows_again: &ShowsAgain<'_>,
+) -> Option<Finding> {
     let of_view: Vec<&Observation> = observations.iter().filter(|one| one.view == view).collect();
-    let unseen: Vec<Unseen> = of_view.iter().filter_map(|one| unseen(one, body)).collect();
+    let unseen: Vec<Unseen> = of_view.iter().filter_map(|one| unseen(one, body, shows_again)).collect();
     let names: Vec<&str> = unseen.iter().map(|one| one.observation.recording.as_str()).collect();
     let all_s = || unseen.iter().flat_map(|one| one.times_s.iter().copied());
     let (from_s, until_s) = (all_s().reduce(f64::min)?, all_s().reduce(f64::max)?);
@@ -58,11 +65,12 @@ fn unseen_in_view(observations: &[Observation], view: u32, body: usize) -> Optio
 }
 
 /// The frames between the first and the last that show a body, in which it is not seen.
-fn unseen(observation: &Observation, body: usize) -> Option<Unseen<'_>> {
+fn unseen<'a>(observation: &'a Observation, body: usize, shows_again: &ShowsAgain<'_>) -> Option<Unseen<'a>> {
     let positions = &track_of(observation, body)?.position_m;
     let first = positions.iter().position(Option::is_some)?;
     let last = positions.iter().rposition(Option::is_some)?;
-    let lost = (first..last).filter(|frame| positions[*frame].is_none());
+    let is_lost = |frame: &usize| positions[*frame].is_none() && !shows_again(observation, *frame);
+    let lost = (first..last).filter(is_lost);
     let times_s: Vec<f64> = lost.map(|frame| observation.times_s[frame]).collect();
     (!times_s.is_empty()).then_some(Unseen { observation, times_s })
 }
@@ -105,7 +113,7 @@ mod tests {
     }
 
     fn only(observations: &[Observation]) -> Finding {
-        let told = unseen_for_a_while(observations);
+        let told = unseen_for_a_while(observations, &|_, _| false);
         let [said] = told.as_slice() else { panic!("one notice, found {told:?}") };
         assert_eq!(said.code, "body_unseen");
         said.clone()
@@ -113,7 +121,12 @@ mod tests {
 
     #[test]
     fn a_body_that_leaves_the_view_is_no_news_and_one_that_comes_back_is() {
-        assert!(unseen_for_a_while(&[observation(0, [false, true, true, true, false])]).is_empty());
+        let nothing = |seen: [bool; 5], again: usize| {
+            unseen_for_a_while(&[observation(0, seen)], &|_, frame| frame == again).is_empty()
+        };
+        assert!(nothing([false, true, true, true, false], 0));
+        // A frame that shows a picture again has been told of.
+        assert!(nothing([true, true, false, true, true], 2) && !nothing([true, false, false, true, true], 2));
         let said = only(&[observation(0, [true, false, false, true, true])]);
         assert_eq!(said.subject, "trial0.cine");
         assert!(said.text.contains("body 7") && said.text.contains("2 frames between 1.00 and 2.00 ms"));

@@ -115,14 +115,18 @@ impl<'a> Joint<'a> {
         let joined =
             |timed: &Timed<'_>| Self::by_geometry(setup, timed, stated, at_rest(setup, timed), settings);
         let rest_until_s = setup.experiment.tracking.rest_until_s;
-        let mut clocks = Clocks::roughly(&tracked.observations, rest_until_s, settings.n_threads);
-        let mut timed = Timed::by(tracked, &clocks);
-        let mut joint = Self { clocks, ..joined(&timed)? };
+        let mut timed = Timed::as_stated(tracked);
+        let mut joint = joined(&timed)?;
+        let rough = Clocks::roughly(&tracked.observations, rest_until_s, settings.n_threads);
+        // Drives that differ stretch courses too: a clock is looked for from afar only where the alignment cannot do with the stated times.
+        if !rough.is_empty() && joint.contradicts_its_times() {
+            timed = Timed::by(tracked, &rough);
+            joint = Self { clocks: rough, ..joined(&timed)? };
+        }
         for _ in 0..CLOCK_ROUNDS {
             let Some(finer) = joint.told_clocks() else { break };
-            clocks = finer;
-            timed = Timed::by(tracked, &clocks);
-            joint = Self { clocks, ..joined(&timed)? };
+            timed = Timed::by(tracked, &finer);
+            joint = Self { clocks: finer, ..joined(&timed)? };
         }
         if joint.clocks.are_of_views() {
             let pictures = joint.picture_errors();
@@ -149,6 +153,16 @@ impl<'a> Joint<'a> {
     /// The clocks that the alignment tells besides those that are known; none of one that is adrift.
     fn told_clocks(&self) -> Option<Clocks> {
         self.clocks.after(&self.stitched.clocks).filter(|_| !self.is_adrift())
+    }
+
+    /// Whether it does not go together by the times that it was joined by: no response to the drive tells how trials differ, it did not settle, a
+    /// clock is told, or views contradict each other.
+    fn contradicts_its_times(&self) -> bool {
+        let Stitched { by_trigger, unsettled, .. } = &self.stitched;
+        *by_trigger
+            || unsettled.is_some()
+            || self.told_clocks().is_some()
+            || self.between_views(&self.picture_errors()).is_some()
     }
 
     /// Whether the alignment went nowhere.

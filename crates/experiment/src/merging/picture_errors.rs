@@ -154,7 +154,7 @@ impl PictureErrors {
         let on_sensor = worst.filter(|_| self.is_found).map(|worst| {
             format!(
                 "pictures of bodies that have moved differ from those at rest by more than noise: up to {:.0} % more variance (body {} in \
-                 view {}), as {}a fixed pattern, hot pixels, dirt, reflections, uneven light or lossy compression leave it. Trials of a view share this \
+                 view {}), as {}a fixed pattern, hot pixels, dirt, reflections, uneven light, lossy compression, or edges too sharp for the pixels leave it. Trials of a view share this \
                  error; it was counted so, as far as it varies within a subset",
                 100.0 * worst.excess.value,
                 worst.body,

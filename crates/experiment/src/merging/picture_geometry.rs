@@ -14,6 +14,7 @@ use chainwave_measurement::{
 use chainwave_stitching::ShownByBody;
 use nalgebra::{Matrix2, Vector2};
 
+use super::by_neighbours::by_neighbours;
 use crate::camera::calibration::ChainMap;
 use crate::configuration::middle_px;
 use crate::finding::Finding;
@@ -251,19 +252,17 @@ impl PictureGeometry {
 
 /// What a reading of a body by a plain map is too large by, once it has moved, where a bent one is right.
 fn error(one: &TrackedRecording, plain: &BodyTrack, bent: &BodyTrack) -> TrackDeviation {
-    let places = || {
-        plain
-            .position_m
-            .iter()
-            .zip(&bent.position_m)
-            .map(|(plain, bent)| Some(plain.as_ref()?.value - bent.as_ref()?.value))
-    };
+    let places = plain.position_m.iter().zip(&bent.position_m);
+    let places: Vec<Option<f64>> =
+        places.map(|(plain, bent)| Some(plain.as_ref()?.value - bent.as_ref()?.value)).collect();
+    // The place of a reading has the reading's own noise, with which the error is compared.
+    let places = by_neighbours(&places);
     // Displacements count from rest, which the first frames show.
-    let at_rest_m = places().flatten().next().unwrap_or(0.0);
+    let at_rest_m = places.iter().flatten().next().copied().unwrap_or(0.0);
     TrackDeviation {
         recording: one.trial.recording.clone(),
         body: plain.body,
-        error_m: places().map(|off_m| off_m.map_or(0.0, |off_m| off_m - at_rest_m)).collect(),
+        error_m: places.iter().map(|off_m| off_m.map_or(0.0, |off_m| off_m - at_rest_m)).collect(),
     }
 }
 

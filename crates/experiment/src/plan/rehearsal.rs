@@ -118,6 +118,9 @@ impl Rehearsal {
             picture_px: (one.info.width_px, one.info.height_px),
             line_time_s: Estimate::new(self.setup.line_time_s(), 0.0),
             without_rest: Vec::new(),
+            // Its readings are of instants.
+            exposure_s: 0.0,
+            repeated_frames: Vec::new(),
             frame_steps: Vec::new(),
             clock: 1.0,
             origin: Origin::New(Vec::new()),

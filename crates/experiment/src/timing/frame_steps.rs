@@ -40,6 +40,12 @@ pub(crate) struct FrameStep {
 }
 
 impl FrameStep {
+    /// Whether a frame shows what was seen before.
+    pub(crate) fn repeats(&self, frame: usize) -> bool {
+        let n_twice = usize::try_from(-self.frames).unwrap_or(0);
+        (self.after + 1..self.after + 1 + n_twice).contains(&frame)
+    }
+
     /// What the reader should know.
     pub(crate) fn in_words(&self) -> String {
         let n = self.frames.unsigned_abs();
