@@ -1,5 +1,6 @@
 //! Bodies at rest as two recordings show them: the marker of one is looked for in the other's picture.
 
+use std::borrow::Cow;
 use std::ops::Range;
 
 use chainwave_camera::{Calibration, MapError};
@@ -10,6 +11,7 @@ use chainwave_stitching::StageStep;
 use crate::camera::calibration::ChainMap;
 use crate::configuration::Trial;
 use crate::error::Error;
+use crate::geometry::even_light::evenly_lit;
 use crate::recordings::view::{bodies_in_view, frames_at_rest};
 use crate::setup::Setup;
 
@@ -141,8 +143,9 @@ impl MarkerPair {
         let half_height_px = self.subset.half_height_px;
         let half = |side: f64| self.subset.part_at([side * apart_px, 0.0], half_width_px, half_height_px);
         let halves = [half(-1.0), half(1.0)];
-        let tracks =
-            method.track(&self.frames, &halves, &ReferenceFrames::Single(0), &Settings::default(), &|_| ());
+        let frames = self.evenly_lit(method);
+        let (reference, settings) = (ReferenceFrames::Single(0), Settings::default());
+        let tracks = method.track(frames.as_ref(), &halves, &reference, &settings, &|_| ());
         let mut found = tracks.ok()?.into_iter().map(|mut track| track.positions.pop()?.ok());
         let (left, right) = (found.next()??, found.next()??);
         let place_m = |frame: usize, [x_px, y_px]: [f64; 2]| {
@@ -182,10 +185,21 @@ impl MarkerPair {
 
     /// Where the first recording's marker is found in the second one's picture.
     fn matched(&self, method: Method) -> Option<Position> {
+        self.matched_in(self.evenly_lit(method).as_ref(), method)
+    }
+
+    fn matched_in(&self, frames: &MemoryRecording, method: Method) -> Option<Position> {
         let subsets = std::slice::from_ref(&self.subset);
-        let tracks =
-            method.track(&self.frames, subsets, &ReferenceFrames::Single(0), &Settings::default(), &|_| ());
+        let (reference, settings) = (ReferenceFrames::Single(0), Settings::default());
+        let tracks = method.track(frames, subsets, &reference, &settings, &|_| ());
         tracks.ok()?.pop()?.positions.pop()?.ok()
+    }
+
+    /// Both frames, with the marker lit alike where the second one shows it.
+    fn evenly_lit(&self, method: Method) -> Cow<'_, MemoryRecording> {
+        let found = self.matched_in(&self.frames, method);
+        let even = found.and_then(|found| evenly_lit(&self.frames, &self.subset, &found));
+        even.map_or(Cow::Borrowed(&self.frames), Cow::Owned)
     }
 
     /// The step of the stage, with what the errors of the calibration add to it; `None` where the marker is not found again.
