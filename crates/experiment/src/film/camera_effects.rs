@@ -92,6 +92,22 @@ impl CameraEffect {
         Self { name: "turned", causes: &["turned about the vertical"], add: |to, _| turned(to) },
         Self { name: "lens", causes: &["lens that distorts"], add: lens },
         Self {
+            name: "lens_and_vignetting",
+            causes: &["lens that distorts"],
+            add: |to, picture| {
+                lens(to, picture);
+                to.effects.vignetting = Some(0.3);
+            },
+        },
+        // All light that a frame may have: taken off where the file states it, so that there is no cause to name.
+        Self {
+            name: "long_exposure",
+            causes: &[],
+            add: |to, _| {
+                (to.exposure_s, to.blur) = (0.95 / to.rate_hz, true);
+            },
+        },
+        Self {
             name: "rolling_shutter",
             causes: &["rolling shutter"],
             // A sensor that reads its lines all the time: a frame of 48 lines takes its whole period at 25 kHz.

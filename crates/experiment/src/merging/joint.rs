@@ -150,9 +150,11 @@ impl<'a> Joint<'a> {
         PictureErrors::of(&self.as_read, rest_until_s, &self.stabilisation.rests_until_s, m_per_px)
     }
 
-    /// The clocks that the alignment tells besides those that are known; none of one that is adrift.
+    /// The clocks that the alignment tells besides those that are known; none of one that is adrift, or of pictures that swing, by which bodies seem to
+    /// come later or sooner.
     fn told_clocks(&self) -> Option<Clocks> {
-        self.clocks.after(&self.stitched.clocks).filter(|_| !self.is_adrift())
+        let is_sound = !self.is_adrift() && self.stabilisation.motion().is_none();
+        self.clocks.after(&self.stitched.clocks).filter(|_| is_sound)
     }
 
     /// Whether it does not go together by the times that it was joined by: no response to the drive tells how trials differ, it did not settle, a

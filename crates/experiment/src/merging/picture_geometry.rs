@@ -222,19 +222,26 @@ impl PictureGeometry {
     pub(crate) fn finding(&self) -> Finding {
         let percent =
             |value: f64, sigma: f64| crate::wording::estimate(Estimate::new(100.0 * value, 100.0 * sigma));
-        let of_shape = |k: usize, text: &str| {
+        let of_shape = |k: usize, text: (&str, &str)| {
             // where a pixel is more of the chain, the picture is smaller
             let (value, sigma) = (-[self.tilt, self.distortion][k], self.covariance[(k, k)].sqrt());
-            (sigma > 0.0).then(|| format!("{text} by {} %", percent(value, sigma)))
+            let text = if value < 0.0 { text.1 } else { text.0 };
+            (sigma > 0.0).then(|| format!("{text} by {} %", percent(value.abs(), sigma)))
         };
         let shapes = [
             of_shape(
                 0,
-                "the right edge of the pictures is larger than their middle, and the left one smaller, as of a camera that is turned about the vertical (perspective),",
+                (
+                    "the right edge of the pictures is larger than their middle, and the left one smaller, as of a camera that is turned about the vertical (perspective),",
+                    "the left edge of the pictures is larger than their middle, and the right one smaller, as of a camera that is turned about the vertical (perspective),",
+                ),
             ),
             of_shape(
                 1,
-                "both edges of the pictures are larger than their middle, as of a lens that distorts,",
+                (
+                    "both edges of the pictures are larger than their middle, as of a lens that distorts,",
+                    "both edges of the pictures are smaller than their middle, as of a lens that distorts,",
+                ),
             ),
         ];
         let said: Vec<String> = shapes.into_iter().flatten().collect();

@@ -26,6 +26,10 @@ const LEFT_SIGMAS: f64 = 3.0;
 const LEFT_AT_ONCE_SIGMAS: f64 = 6.0;
 /// Means of the two halves this many sigma apart do not agree.
 const DRIFT_SIGMAS: f64 = 5.0;
+/// Bodies of which most are told from one that moves.
+const LEAST_BODIES: usize = 3;
+/// Variance of a median over that of a mean.
+const VARIANCE_OF_MEDIAN: f64 = std::f64::consts::FRAC_PI_2;
 
 /// What a body does while it should rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -53,10 +57,17 @@ enum Motion {
 
 /// The bodies of a recording that move before `rest_until_s`, told view by view with the largest one.
 pub(super) fn motion(setup: &Setup, tracked: &Tracked) -> Vec<Finding> {
+    let rest_until_s = setup.experiment.tracking.rest_until_s;
     let mut found: Vec<Moving> = Vec::new();
     for (recording, observation) in tracked.recordings.iter().zip(&tracked.observations) {
-        let bodies = recording.tracks.bodies.iter();
-        found.extend(bodies.filter_map(|body| Moving::of(setup, observation, body)));
+        let n_rest = observation.times_s.partition_point(|time_s| *time_s < rest_until_s);
+        let at_rest = |body: &FollowedBody| -> Vec<Option<Estimate>> {
+            body.positions.iter().take(n_rest).map(|found| Some(found.as_ref().ok()?.x_px)).collect()
+        };
+        let bodies = &recording.tracks.bodies;
+        let readings = against_the_others(bodies.iter().map(at_rest).collect());
+        let of_bodies = bodies.iter().zip(&readings);
+        found.extend(of_bodies.filter_map(|(body, readings)| Moving::of(observation, body.body, readings)));
     }
     let mut views: Vec<u32> = found.iter().map(|moving| moving.view).collect();
     views.sort_unstable();
@@ -119,18 +130,14 @@ enum How {
 }
 
 impl Moving {
-    fn of(setup: &Setup, observation: &Observation, body: &FollowedBody) -> Option<Self> {
-        let rest_until_s = setup.experiment.tracking.rest_until_s;
-        let n_rest = observation.times_s.iter().take_while(|time_s| **time_s < rest_until_s).count();
-        let readings: Vec<Option<Estimate>> =
-            body.positions.iter().take(n_rest).map(|found| Some(found.as_ref().ok()?.x_px)).collect();
-        let (by_px, how) = match moved(&readings)? {
+    fn of(observation: &Observation, body: usize, readings: &[Option<Estimate>]) -> Option<Self> {
+        let (by_px, how) = match moved(readings)? {
             Motion::FromFirst { by } => (by, How::FromFirst),
             Motion::Left { frame, by } => (by, How::From(*observation.times_s.get(frame)?)),
             Motion::Drift { by, sigmas } => (by, How::Drifting(sigmas)),
         };
         let (view, recording) = (observation.view, observation.recording.clone());
-        Some(Self { view, recording, body: body.body, by_px, how })
+        Some(Self { view, recording, body, by_px, how })
     }
 }
 
@@ -238,6 +245,26 @@ fn moved(readings: &[Option<Estimate>]) -> Option<Motion> {
     (sigmas.abs() > DRIFT_SIGMAS).then_some(Motion::Drift { by, sigmas })
 }
 
+/// The readings of bodies without what most of them have in common in each frame, which is the camera's motion and told as that; as they are where
+/// fewer than three are read.
+fn against_the_others(mut readings: Vec<Vec<Option<Estimate>>>) -> Vec<Vec<Option<Estimate>>> {
+    let middle =
+        |of_body: &Vec<Option<Estimate>>| median(of_body.iter().flatten().map(|x| x.value).collect());
+    let places: Vec<Option<f64>> = readings.iter().map(middle).collect();
+    for frame in 0..readings.iter().map(Vec::len).max().unwrap_or(0) {
+        let read = readings.iter().zip(&places);
+        let away: Vec<f64> =
+            read.filter_map(|(of_body, place)| Some((*of_body.get(frame)?)?.value - (*place)?)).collect();
+        let n_read = away.len();
+        let Some(common) = median(away).filter(|_| n_read >= LEAST_BODIES) else { continue };
+        let noise = (1.0 + VARIANCE_OF_MEDIAN / n_read as f64).sqrt();
+        for reading in readings.iter_mut().filter_map(|of_body| of_body.get_mut(frame)) {
+            *reading = reading.map(|x| Estimate::new(x.value - common, noise * x.sigma));
+        }
+    }
+    readings
+}
+
 /// Whether readings go along a line whose slope no noise gives.
 fn is_moving(seen: &[(usize, Estimate)]) -> bool {
     let n = seen.len() as f64;
@@ -280,6 +307,29 @@ mod tests {
             // to the noise of both ends
             assert!((by - 12.0 * f64::from(n - 1)).abs() < 4.0, "{n}: {by}");
         }
+    }
+
+    #[test]
+    fn what_all_bodies_do_is_the_cameras_and_what_one_does_is_its_own() {
+        let swing = |k: u32| 20.0 * f64::sin(0.3 * f64::from(k));
+        let start = |k: u32| 5.0 * f64::from(k.saturating_sub(32)).powi(2);
+        let bodies = |n: u32| -> Vec<Vec<Option<Estimate>>> {
+            let of_body = |body: u32| {
+                // Noise of its own: the same numbers from another place on.
+                let own = readings(40 + 7 * body, |_| 0.0).split_off(7 * body as usize);
+                let moved = |(k, x): (u32, Option<Estimate>)| {
+                    let first = if body == 0 { start(k) } else { 0.0 };
+                    x.map(|x| Estimate::new(x.value + swing(k) + first, x.sigma))
+                };
+                (0..).zip(own).map(moved).collect()
+            };
+            (0..n).map(of_body).collect()
+        };
+        let found: Vec<Option<Motion>> = against_the_others(bodies(4)).iter().map(|one| moved(one)).collect();
+        assert!(matches!(found[0], Some(Motion::Left { frame: 33..=35, .. })), "{found:?}");
+        assert!(found[1..].iter().all(Option::is_none), "{found:?}");
+        // Of two nobody knows which one moves.
+        assert_eq!(against_the_others(bodies(2)), bodies(2));
     }
 
     #[test]
