@@ -98,7 +98,7 @@ mod tests {
         let exposure_s = 0.95 * INTERVAL_S;
         let (instant, mean) = (swinging(0.0, 1e-7), swinging(exposure_s, 1e-7));
         let before_m = farthest_m(&mean, &instant);
-        let mut found = mean.clone();
+        let mut found = mean;
         at_middle_of_exposure(&mut found, exposure_s);
         // Second differences lack (k dt)^2 / 12 of the acceleration, 3.3 % at ten frames a period, and the next order of the mean is of the same kind.
         let left_m = farthest_m(&found, &instant);
