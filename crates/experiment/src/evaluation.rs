@@ -32,10 +32,11 @@ use crate::fitting::damping::StatedDamping;
 use crate::fitting::fits::{Departures, Fits, Material, ReadOff, priors};
 use crate::fitting::model_beside::{ModelBeside, model_beside};
 use crate::merging::joint::Joint;
-use crate::merging::merged;
 use crate::merging::picture_geometry::PictureGeometry;
 use crate::merging::side_motion::SideMotion;
 use crate::merging::stabilisation::Stabilisation;
+use crate::merging::usual_geometry::ToldByModel;
+use crate::merging::{Merged, merged};
 use crate::monitor::{Monitor, Stage};
 use crate::sanity::speed;
 use crate::setup::Setup;
@@ -116,8 +117,14 @@ pub fn evaluate(
     // Neither asks what the other finds.
     let read_off = || material.read_off(&of_all.shared, &step);
     let (read, fits) = both_in_parallel(n_threads, read_off, || material.fits(observations, &step));
+    let (by_geometry, widened) = geometry_by_model(&of_all, &fits.track_fit).unzip();
+    let read = match &widened {
+        Some(stitched) => Material { stitched, ..material }.read_off(&of_all.shared, &|| ()),
+        None => read,
+    };
     let ReadOff { mut measurement, pulses, energy_fit } = read?;
     let Joint { geometry, observations, stabilisation, stitched, left_out, unjoined, .. } = of_all.joint;
+    let stitched = widened.unwrap_or(stitched);
     let damping = damping_of(&fits, &energy_fit, critical_kg_per_s(chain));
     let Fits { reached, track_fit, departures, imposed_fit, release_fit } = fits;
     let used = measurement.group_velocity.as_ref().ok().map(|velocity| velocity.gaps.0..=velocity.gaps.1);
@@ -130,9 +137,7 @@ pub fn evaluate(
     let of_model = track_fit.iter().flat_map(TrackFit::warnings);
     notices.extend(Finding::all_of("chain_model", "the chain model", of_model));
     let believed = track_fit.as_ref().ok().filter(|fit| fit.is_believed());
-    notices.extend(
-        believed.and_then(|fit| of_all.usual_geometry.finding(&fit.usual_amplitudes, &stitched.motion)),
-    );
+    notices.extend(by_geometry);
     if let Some(fit) = believed {
         // Values that the chain refuses are named by what shows its motion.
         add_contacts_asked(&mut measurement, chain, fit).unwrap_or_default();
@@ -173,6 +178,20 @@ pub fn evaluate(
         model,
         by_model,
     })
+}
+
+/// What the chain model tells of the pictures' geometry and views do not, where it is believed, and what was stitched with all of that as an
+/// uncertainty: it is free of any model, and stays where it is.
+fn geometry_by_model(
+    merged: &Merged<'_>,
+    track_fit: &Result<TrackFit, FitError>,
+) -> Option<(Finding, Stitched)> {
+    let fit = track_fit.as_ref().ok().filter(|fit| fit.is_believed())?;
+    let stitched = &merged.joint.stitched;
+    let told = merged.usual_geometry.told(&fit.usual_amplitudes, &stitched.motion);
+    let finding = ToldByModel::finding(&told)?;
+    let motion = ToldByModel::counted_in(&told, &stitched.motion);
+    Some((finding, Stitched { motion, ..stitched.clone() }))
 }
 
 /// The damping that stands for the experiment: of a chain that is let go by its own fit, of others by those to tracks and energies.

@@ -285,6 +285,14 @@ pub(crate) enum Shape {
 impl Shape {
     /// In the order of [`PictureGeometry::asked`].
     pub(crate) const ALL: [Self; 2] = [Self::Tilt, Self::Distortion];
+
+    /// What an error of it is called.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Tilt => "perspective of the pictures",
+            Self::Distortion => "distortion of the pictures",
+        }
+    }
 }
 
 /// Which of the shapes.

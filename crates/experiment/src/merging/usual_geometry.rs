@@ -49,31 +49,20 @@ impl UsualGeometry {
         motion
     }
 
-    /// What the reader should know where the chain model tells such a shape, of these amplitudes, that views do not, and the motion is off by it.
-    pub(crate) fn finding(&self, amplitudes: &UsualAmplitudes, motion: &ChainMotion) -> Option<Finding> {
+    /// The shapes that the chain model tells, of these amplitudes, that views do not, and the motion is off by.
+    pub(crate) fn told(&self, amplitudes: &UsualAmplitudes, motion: &ChainMotion) -> Vec<ToldByModel<'_>> {
         let shapes = Shape::ALL.into_iter().zip(amplitudes.estimates()).zip(&self.errors_m);
         let told = shapes.filter(|((_, amplitude), error_m)| {
             UsualAmplitudes::is_told(*amplitude)
                 && amplitude.value.abs() * largest_share(error_m, motion) > NOTICED
         });
-        let said: Vec<String> = told
-            .map(|((shape, amplitude), _)| {
-                format!(
-                    "{}, by {:.2} % at the edges",
-                    in_words(shape),
-                    100.0 * self.sigma * amplitude.value.abs()
-                )
-            })
-            .collect();
-        (!said.is_empty()).then(|| Finding {
-            code: "geometry_by_model",
-            subject: "the pictures' geometry".into(),
-            text: format!(
-                "by the chain model the readings are off as {}. The dampings and motion_by_model contain it; x_n(t), strains and energies do not, and \
-                 are off by as much of themselves at the edges of pictures (hint: `chainwave calibrate` with pictures of a board tells it)",
-                said.join(", and as ")
-            ),
-        })
+        let told = told.map(|((shape, amplitude), error_m)| ToldByModel {
+            shape,
+            size: amplitude.value.abs(),
+            at_edges: self.sigma * amplitude.value.abs(),
+            error_m,
+        });
+        told.collect()
     }
 
     /// What is taken to be so, where anything is.
@@ -87,6 +76,47 @@ impl UsualGeometry {
             ),
             decides: "the uncertainty of dampings, which amplitudes along the chain tell",
             reason: "camera.geometry_sigma, or a usual lens and a camera that is set up by eye",
+        })
+    }
+}
+
+/// A shape of error of a camera that nothing calibrated, as the chain model tells it.
+pub(crate) struct ToldByModel<'a> {
+    shape: Shape,
+    /// In standard deviations of what is usual.
+    size: f64,
+    /// Of the scale at a picture's edge, relative to its middle.
+    at_edges: f64,
+    /// What one standard deviation makes of the motion, in metres, shape `[body, time]`.
+    error_m: &'a Array2<f64>,
+}
+
+impl ToldByModel<'_> {
+    /// A motion, which no model has put right, with the whole of what is told among its errors.
+    pub(crate) fn counted_in(told: &[Self], motion: &ChainMotion) -> ChainMotion {
+        let mut motion = motion.clone();
+        for one in told {
+            motion.add_error(
+                format!("{}, by the chain model", one.shape.name()).into(),
+                &(one.error_m * one.size),
+            );
+        }
+        motion
+    }
+
+    /// What the reader should know, where there is any.
+    pub(crate) fn finding(told: &[Self]) -> Option<Finding> {
+        let in_words =
+            |one: &Self| format!("{}, by {:.2} % at the edges", in_words(one.shape), 100.0 * one.at_edges);
+        let said: Vec<String> = told.iter().map(in_words).collect();
+        (!said.is_empty()).then(|| Finding {
+            code: "geometry_by_model",
+            subject: "the pictures' geometry".into(),
+            text: format!(
+                "by the chain model the readings are off as {}. The dampings and motion_by_model contain it; x_n(t), strains and energies do not, as \
+                 they are free of any model, and count all of it as an uncertainty (hint: `chainwave calibrate` with pictures of a board tells it)",
+                said.join(", and as ")
+            ),
         })
     }
 }
