@@ -118,10 +118,8 @@ pub fn evaluate(
     let read_off = || material.read_off(&of_all.shared, &step);
     let (read, fits) = both_in_parallel(n_threads, read_off, || material.fits(observations, &step));
     let (by_geometry, widened) = geometry_by_model(&of_all, &fits.track_fit).unzip();
-    let read = match &widened {
-        Some(stitched) => Material { stitched, ..material }.read_off(&of_all.shared, &|| ()),
-        None => read,
-    };
+    let again = |stitched| Material { stitched, ..material }.read_off(&of_all.shared, &|| ());
+    let read = widened.as_ref().map_or(read, again);
     let ReadOff { mut measurement, pulses, energy_fit } = read?;
     let Joint { geometry, observations, stabilisation, stitched, left_out, unjoined, .. } = of_all.joint;
     let stitched = widened.unwrap_or(stitched);
