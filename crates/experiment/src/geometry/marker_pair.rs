@@ -19,6 +19,9 @@ use crate::setup::Setup;
 /// another marker's speckle, a few dozen dots, reaches 0.7.
 const SAME_MARKER_ZNCC: f64 = 0.8;
 
+/// Share of what a match leaves over that is left at most where light that grades is behind it.
+const MOST_LEFT: f64 = 0.8;
+
 /// Frames whose mean has a third of one's noise.
 const FEW_FRAMES: usize = 8;
 
@@ -198,7 +201,12 @@ impl MarkerPair {
     /// Both frames, with the marker lit alike where the second one shows it.
     fn evenly_lit(&self, method: Method) -> Cow<'_, MemoryRecording> {
         let found = self.matched_in(&self.frames, method);
-        let even = found.and_then(|found| evenly_lit(&self.frames, &self.subset, &found));
+        let even = found.and_then(|found| {
+            let even = evenly_lit(&self.frames, &self.subset, &found)?;
+            let again = self.matched_in(&even, method)?;
+            // What a match leaves for another reason may look like light, and stays.
+            (1.0 - again.zncc < MOST_LEFT * (1.0 - found.zncc)).then_some(even)
+        });
         even.map_or(Cow::Borrowed(&self.frames), Cow::Owned)
     }
 
