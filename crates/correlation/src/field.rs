@@ -123,7 +123,7 @@ const MOST_PARTS: usize = 4;
 
 impl FieldGrid {
     /// The same with so many points between that neighbours tell what a shape function leaves of a bend: what lies farther away than three quarters of
-    /// half a subset is another part of a short wave. `None` where they lie so near, or no division of the step does it.
+    /// half a subset is another part of a short wave. A step that no division brings so near is divided as far as it goes; `None` where nothing is.
     fn divided(self) -> Option<(Self, usize)> {
         let is_near = |parts: usize| 4 * self.step_px <= 3 * self.half_px * parts;
         let divides = |parts: &usize| self.step_px.is_multiple_of(*parts);

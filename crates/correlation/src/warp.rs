@@ -121,19 +121,15 @@ impl Warp {
         (determinant > 0.0).then_some(source)
     }
 
-    /// How far along x and y the curvature moves any point within so many pixels of the centre along x and y, at most.
-    pub(crate) fn bend_px(&self, [x, y]: [f64; 2]) -> [f64; 2] {
-        let bend = |q: &[f64]| q[0].abs() * x * x + q[1].abs() * x * y + q[2].abs() * y * y;
-        [bend(&self.curvature[..3]), bend(&self.curvature[3..])]
-    }
-
     /// The column and row that no point of the rectangle from `first` to `last` (relative to the centre) comes before,
     /// and those that none comes behind.
     pub(crate) fn bounds(&self, first: [f64; 2], last: [f64; 2]) -> [[f64; 2]; 2] {
         let flat = Self { curvature: [0.0; 6], ..*self };
         let corners =
             [first, [last[0], first[1]], [first[0], last[1]], last].map(|corner| flat.apply(corner));
-        let bends = self.bend_px([0, 1].map(|axis| first[axis].abs().max(last[axis].abs())));
+        let [x, y] = [0, 1].map(|axis| first[axis].abs().max(last[axis].abs()));
+        let bend = |q: &[f64]| q[0].abs() * x * x + q[1].abs() * x * y + q[2].abs() * y * y;
+        let bends = [bend(&self.curvature[..3]), bend(&self.curvature[3..])];
         let [mut low, mut high] = [corners[0], corners[0]];
         for corner in &corners[1..] {
             for axis in 0..2 {

@@ -14,9 +14,10 @@ const LONGEST: f64 = 1.01;
 
 /// Puts every reading where the body was in the middle of its exposure, of so many seconds, where that is anywhere elsewhere than the reading.
 ///
-/// An exposure longer than the time between frames is none, and nothing is done by it.
+/// One of no length, which nothing states, or longer than the time between frames is none, and nothing is done by it.
 pub(crate) fn at_middle_of_exposure(observation: &mut Observation, exposure_s: f64) {
-    if exposure_s > LONGEST * observation.frame_interval_s() {
+    let is_one = exposure_s > 0.0 && exposure_s <= LONGEST * observation.frame_interval_s();
+    if !is_one {
         return;
     }
     let Observation { times_s, bodies, .. } = observation;
