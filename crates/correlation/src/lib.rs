@@ -78,6 +78,7 @@
 //! ```
 
 mod acceptance;
+mod cover;
 mod error;
 mod evidence;
 mod expected;
@@ -104,6 +105,7 @@ mod uncertainty;
 mod warp;
 mod window;
 
+pub use cover::{Cover, Uncovered};
 pub use error::CorrelationError;
 pub use error::no_markers::NoMarkers;
 pub use evidence::ShapeEvidence;

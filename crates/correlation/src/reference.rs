@@ -216,7 +216,7 @@ pub(crate) fn outside(recording: &dyn Recording, subset: &Subset) -> Correlation
 }
 
 /// Mean counts of `region` over some frames, row by row from the top; NaN for no frames. A pixel that saturates in one of
-/// them is at full scale.
+/// them is at full scale, one that is no number in one of them is none.
 ///
 /// # Errors
 /// [`ReadError`] when a frame cannot be read.
@@ -233,7 +233,7 @@ pub fn mean_of_frames(
         recording.read_region(frame, region, &mut pixels)?;
         // A pixel that saturates once has no mean.
         let usable =
-            |pixel: f32| if f64::from(pixel) < full_scale { f64::from(pixel) } else { f64::INFINITY };
+            |pixel: f32| if f64::from(pixel) >= full_scale { f64::INFINITY } else { f64::from(pixel) };
         sum.iter_mut().zip(&pixels).for_each(|(sum, &pixel)| *sum += usable(pixel));
     }
     let mean = |sum: f64| if sum == f64::INFINITY { full_scale } else { sum * scale };

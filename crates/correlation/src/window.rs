@@ -116,7 +116,7 @@ impl Window {
         Self { full_scale: full_scale as f32, ..Self::empty(interpolation) }
     }
 
-    /// Turns the pixels into coefficients. A pixel that is no number becomes full scale, or the window's level.
+    /// Turns the pixels into coefficients. One that is no number becomes the window's level, an infinite one full scale where that is known.
     pub(crate) fn finish(&mut self) {
         let full_scale = self.full_scale;
         let usable = |pixel: f32| pixel < full_scale;
@@ -126,10 +126,14 @@ impl Window {
             || pixels.iter().fold(false, |flagged, &pixel| flagged | !usable(pixel)),
         );
         if self.has_flagged {
-            let instead = if full_scale.is_finite() { full_scale } else { self.level };
+            let full = if full_scale.is_finite() { full_scale } else { self.level };
+            let instead = |pixel: f32| if pixel.is_nan() { self.level } else { full };
             self.flags.clear();
             self.flags.extend(self.pixels.iter().map(|&pixel| !usable(pixel)));
-            self.pixels.iter_mut().filter(|pixel| !pixel.is_finite()).for_each(|pixel| *pixel = instead);
+            self.pixels
+                .iter_mut()
+                .filter(|pixel| !pixel.is_finite())
+                .for_each(|pixel| *pixel = instead(*pixel));
         }
         let n = self.stride * self.region.height;
         self.coefficients[LANES + n..].fill(0.0);

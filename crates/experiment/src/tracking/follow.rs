@@ -4,8 +4,8 @@ use std::fmt;
 use std::num::NonZero;
 
 use chainwave_correlation::{
-    Method, Reference, ReferenceFrames, Settings, Shape, ShapeChoice, SharpEdge, detected_edge,
-    track_by_evidence,
+    CorrelationError, Cover, Method, Reference, ReferenceFrames, Settings, Shape, ShapeChoice, SharpEdge,
+    detected_edge, track_by_evidence,
 };
 use chainwave_measurement::{Lost, Recording, Subset, Track};
 
@@ -44,6 +44,8 @@ pub struct FollowedSubset {
     pub track: Track,
     /// The rung of the ladder, with the shape function that evidence chose where it was asked to.
     pub method: String,
+    /// The share of its pixels before which something stands still, where that was left out.
+    pub covered_share: Option<f64>,
 }
 
 /// Follows subsets through an opened recording. One that does not lie in its frames is lost as out of view in each of them.
@@ -77,23 +79,10 @@ pub(crate) fn follow_with(
     let n_threads = settings.n_threads;
     let n_threads = if recording.is_sequential() { NonZero::<usize>::MIN } else { n_threads };
     let settings = Settings { n_threads, ..settings.clone() };
-    let advance = |n| monitor.done(Stage::Tracking, n);
-    let of_method = |method: Method, track: Track| FollowedSubset { track, method: method.to_string() };
     let inside: Vec<Subset> =
         subsets.iter().filter(|subset| Reference::lies_inside(recording, subset)).cloned().collect();
-    let found = match method {
-        Method::IcGn { interpolation, shape: ShapeChoice::ByEvidence } => {
-            let settings = Settings { interpolation, ..settings };
-            let named = |shape: Shape| Method::IcGn { interpolation, shape: ShapeChoice::Named(shape) };
-            let chosen = track_by_evidence(recording, &inside, reference, &settings, &advance)?;
-            chosen.into_iter().map(|(track, evidence)| of_method(named(evidence.shape), track)).collect()
-        }
-        other => {
-            let tracks = other.track(recording, &inside, reference, &settings, &advance)?;
-            tracks.into_iter().map(|track| of_method(other, track)).collect::<Vec<_>>()
-        }
-    };
-    let mut found = found.into_iter();
+    let way = Way { reference, method, settings: &settings, monitor };
+    let mut found = way.follow_around_cover(recording, &inside)?.into_iter();
     let out_of_view = |subset: &Subset| {
         let positions = vec![Err(Lost::OutOfView); recording.info().n_frames];
         of_method(method, Track { name: subset.name.clone(), positions, still_share: None })
@@ -105,6 +94,62 @@ pub(crate) fn follow_with(
     let tracks = subsets.iter().map(of_subset).collect();
     let info = recording.info();
     Ok(Followed { times_s: info.times_s.clone(), has_rate: info.rate_hz.is_some(), tracks })
+}
+
+fn of_method(method: Method, track: Track) -> FollowedSubset {
+    FollowedSubset { track, method: method.to_string(), covered_share: None }
+}
+
+/// How subsets that lie in the frames are followed.
+struct Way<'a> {
+    reference: &'a ReferenceFrames,
+    method: Method,
+    settings: &'a Settings,
+    monitor: &'a Monitor<'a>,
+}
+
+impl Way<'_> {
+    fn follow(
+        &self,
+        recording: &dyn Recording,
+        subsets: &[Subset],
+        advance: &(dyn Fn(u64) + Sync),
+    ) -> Result<Vec<FollowedSubset>, CorrelationError> {
+        let Self { reference, method, settings, .. } = *self;
+        if let Method::IcGn { interpolation, shape: ShapeChoice::ByEvidence } = method {
+            let settings = Settings { interpolation, ..settings.clone() };
+            let named = |shape: Shape| Method::IcGn { interpolation, shape: ShapeChoice::Named(shape) };
+            let chosen = track_by_evidence(recording, subsets, reference, &settings, advance)?;
+            return Ok(chosen
+                .into_iter()
+                .map(|(track, evidence)| of_method(named(evidence.shape), track))
+                .collect());
+        }
+        let tracks = method.track(recording, subsets, reference, settings, advance)?;
+        Ok(tracks.into_iter().map(|track| of_method(method, track)).collect())
+    }
+
+    /// As [`Self::follow`]; what something stands still before is followed once more by the rest of its pixels.
+    fn follow_around_cover(
+        &self,
+        recording: &dyn Recording,
+        subsets: &[Subset],
+    ) -> Result<Vec<FollowedSubset>, CorrelationError> {
+        let mut found = self.follow(recording, subsets, &|n| self.monitor.done(Stage::Tracking, n))?;
+        let tracks: Vec<&Track> = found.iter().map(|one| &one.track).collect();
+        let can_leave_out = matches!(self.method, Method::IcGn { .. });
+        let cover =
+            if can_leave_out { Cover::find(recording, subsets, self.reference, &tracks)? } else { None };
+        let Some(cover) = cover else { return Ok(found) };
+        let covered: Vec<Subset> = cover.subsets().iter().map(|&(index, _)| subsets[index].clone()).collect();
+        let again = self.follow(&cover.taken_from(recording), &covered, &|_| ())?;
+        for (&(index, share), again) in cover.subsets().iter().zip(again) {
+            if Cover::explains(&found[index].track, &again.track) {
+                found[index] = FollowedSubset { covered_share: Some(share), ..again };
+            }
+        }
+        Ok(found)
+    }
 }
 
 /// Threads for each recording when all are worked on side by side: more than one where there are fewer recordings than

@@ -11,7 +11,7 @@ use crate::configuration::outline;
 use crate::error::Error;
 use crate::input::table::{Table, shown};
 use crate::monitor::{Monitor, Stage};
-use crate::tracking::follow::{Followed, edges_beside, follow_with};
+use crate::tracking::follow::{Followed, FollowedSubset, edges_beside, follow_with};
 use crate::tracking::matching::{MethodChoice, noise_px};
 
 /// Half size of a subset of no given size that lies in no frame.
@@ -193,8 +193,19 @@ impl PointTracking<'_> {
         let settings = Settings { n_threads: self.n_threads, surfaces_bend: true, ..Settings::default() };
         let followed = follow_with(recording, &subsets, reference, method, &settings, monitor)?;
         notes.extend(followed.tracks.iter().filter_map(|one| still_note(&one.track)));
+        notes.extend(followed.tracks.iter().filter_map(cover_note));
         Ok(FollowedPoints { followed, notes, placed, method })
     }
+}
+
+/// What is to be said of a point before which something stands.
+fn cover_note(FollowedSubset { track, covered_share, .. }: &FollowedSubset) -> Option<String> {
+    let percent = 100.0 * covered_share.as_ref()?;
+    Some(format!(
+        "point {}: something stands still before {percent:.0} % of its subset, which was left out there and wherever the subset passes behind it (hint: a \
+         cable, a rod, a dirty window: clear the view, or place the point beside it)",
+        track.name
+    ))
 }
 
 /// What is to be said of a point of whose texture a part stands still.
