@@ -7,7 +7,7 @@ use chainwave_measurement::{Estimate, median};
 use rustfft::num_complex::Complex;
 use rustfft::{Fft, FftPlanner};
 
-use crate::line_test::LineTest;
+use crate::line_test::{LineTest, line_rule};
 use crate::probability::chi_squared_beyond;
 use crate::rule::SIGNIFICANCE_LEVEL;
 use crate::tail::{HANN_RESOLUTION, PADDING, Tail, hann};
@@ -48,13 +48,25 @@ pub struct GapSpectrum {
 /// Where the spectrum of the tails is greatest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LocalResonance {
-    /// Frequency in hertz; its uncertainty is that of the noise.
+    /// Frequency in hertz in this record; its uncertainty is that of the noise.
     pub frequency_hz: Estimate,
     /// Resolution of the shortest tail that shows it, in hertz: how far the frequency of a line may be shifted by another line or by the
     /// decay of the tail, which no replica of the same record shows.
     pub resolution_hz: f64,
     /// Whether it is a line at all.
     pub line: LineTest,
+}
+
+impl LocalResonance {
+    /// The frequency as one of the chain. A line has it to what noise leaves open; the crest of a continuum moves with the record that shows it, and
+    /// may lie anywhere within its resolution: that has a twelfth of its square as variance.
+    pub fn of_chain_hz(&self) -> Estimate {
+        let Estimate { value, sigma } = self.frequency_hz;
+        match line_rule().rejects(self.line.p_value) {
+            true => self.frequency_hz,
+            false => Estimate::new(value, sigma.hypot(self.resolution_hz / 12.0_f64.sqrt())),
+        }
+    }
 }
 
 /// Spectra of all tails. The tail of a gap begins when the leading pulse has had as long to fall as its front took to rise

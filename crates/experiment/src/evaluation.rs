@@ -29,6 +29,7 @@ use crate::evaluation::recording_alignment::RecordingAlignments;
 use crate::finding::{Finding, LeftOutRecording};
 use crate::fitting::contacts_asked::add_contacts_asked;
 use crate::fitting::damping::StatedDamping;
+use crate::fitting::drive_off::DriveOff;
 use crate::fitting::fits::{Departures, Fits, Material, ReadOff, priors};
 use crate::fitting::model_beside::{ModelBeside, model_beside};
 use crate::merging::joint::Joint;
@@ -123,7 +124,8 @@ pub fn evaluate(
     let ReadOff { mut measurement, pulses, energy_fit } = read?;
     let Joint { geometry, observations, stabilisation, stitched, left_out, unjoined, .. } = of_all.joint;
     let stitched = widened.unwrap_or(stitched);
-    let damping = damping_of(&fits, &energy_fit, critical_kg_per_s(chain));
+    let drive_off = accepted(&fits.track_fit).and_then(|fit| DriveOff::of(fit, experiment.nominal_drive()));
+    let damping = damping_of(&fits, &energy_fit, drive_off.as_ref(), critical_kg_per_s(chain));
     let Fits { reached, track_fit, departures, imposed_fit, release_fit } = fits;
     let used = measurement.group_velocity.as_ref().ok().map(|velocity| velocity.gaps.0..=velocity.gaps.1);
     let recording_alignments =
@@ -131,6 +133,7 @@ pub fn evaluate(
     let mut notices = notices(experiment, &tracked.recordings, &observations, &recording_alignments);
     notices.extend(before_the_wave(&observations, &reached));
     notices.extend(of_drive(experiment, &observations));
+    notices.extend(drive_off.as_ref().map(DriveOff::finding));
     notices.extend(beyond_table(chain, &measurement.strain));
     let of_model = track_fit.iter().flat_map(TrackFit::warnings);
     notices.extend(Finding::all_of("chain_model", "the chain model", of_model));
@@ -192,15 +195,19 @@ fn geometry_by_model(
     Some((finding, Stitched { motion, ..stitched.clone() }))
 }
 
-/// The damping that stands for the experiment: of a chain that is let go by its own fit, of others by those to tracks and energies.
+/// The damping that stands for the experiment: of a chain that is let go by its tracks or its motion, of others by tracks, motion and energies.
 fn damping_of(
     fits: &Fits,
     energy_fit: &Result<EnergyFit, FitError>,
+    drive_off: Option<&DriveOff>,
     critical_kg_per_s: f64,
 ) -> StatedDamping {
     match &fits.release_fit {
-        Some(fit) => StatedDamping::of_release(fit, critical_kg_per_s),
-        None => StatedDamping::of(&fits.track_fit, &fits.imposed_fit, energy_fit, critical_kg_per_s),
+        Some(fit) => StatedDamping::of_release(&fits.track_fit, fit, critical_kg_per_s),
+        None => {
+            let Fits { track_fit, imposed_fit, .. } = fits;
+            StatedDamping::of(track_fit, imposed_fit, energy_fit, drive_off, critical_kg_per_s)
+        }
     }
 }
 

@@ -191,10 +191,12 @@ fn numbers_of(evaluation: &Evaluation) -> Vec<(&'static str, Number)> {
         Err(reason) => refused(reason),
     };
     let resonance = measurement.local_resonance.as_ref();
-    let resonance_hz = resonance.map_or_else(|why| refused(why.as_str()), |r| of_estimate(r.frequency_hz));
-    let striker = evaluation.track_fit.as_ref();
-    let striker_m_per_s =
-        striker.map_or_else(|why| refused(&why.to_string()), |fit| of_estimate(fit.striker_velocity_m_per_s));
+    let resonance_hz = resonance.map_or_else(|why| refused(why.as_str()), |r| of_estimate(r.of_chain_hz()));
+    let striker_m_per_s = match &evaluation.track_fit {
+        Ok(fit) if fit.model.is_let_go() => refused("the chain is let go"),
+        Ok(fit) => of_estimate(fit.striker_velocity_m_per_s),
+        Err(why) => refused(&why.to_string()),
+    };
     vec![
         ("group_velocity_m_per_s", of_velocity(|velocity| Some(velocity.velocity_m_per_s))),
         ("group_velocity_variation", of_velocity(|velocity| velocity.relative_variation)),

@@ -264,7 +264,7 @@ pub(crate) fn measure_motion(
         ),
         (
             "local_resonance_hz",
-            resonance.map_or_else(|why| refused(why.as_str()), |r| of_estimate(r.frequency_hz)),
+            resonance.map_or_else(|why| refused(why.as_str()), |r| of_estimate(r.of_chain_hz())),
         ),
     ];
     let tables = [

@@ -170,15 +170,20 @@ fn of_damping(
     let holds = |source: &str| stated.reason(source).is_none();
     if let Some(fit) = evaluation.track_fit.as_ref().ok().filter(|_| holds(TRACKS)) {
         let (chain, striker) = (fit.damping.chain_damping_kg_per_s, fit.damping.striker_damping_kg_per_s);
+        let over_trials = fit.bootstrap.as_ref();
         add("c_d, tracks", chain, c_d);
-        add("c_s, tracks", striker, c_s);
         add("c_d, noise alone", fit.by_noise.chain_damping_kg_per_s, c_d);
-        add("c_s, noise alone", fit.by_noise.striker_damping_kg_per_s, c_s);
         add("c_d, profile", middle(fit.intervals_95[0]), c_d);
-        add("c_s, profile", middle(fit.intervals_95[1]), c_s);
-        if let Some([of_chain, of_striker]) = fit.bootstrap {
+        if let Some([of_chain, _]) = over_trials {
             add("c_d, bootstrap", of_chain.estimate(chain.value), c_d);
-            add("c_s, bootstrap", of_striker.estimate(striker.value), c_s);
+        }
+        if !fit.model.is_let_go() {
+            add("c_s, tracks", striker, c_s);
+            add("c_s, noise alone", fit.by_noise.striker_damping_kg_per_s, c_s);
+            add("c_s, profile", middle(fit.intervals_95[1]), c_s);
+            if let Some([_, of_striker]) = over_trials {
+                add("c_s, bootstrap", of_striker.estimate(striker.value), c_s);
+            }
         }
         add("mean striker, tracks", fit.striker_velocity_m_per_s, striker_velocity_m_per_s);
         add("mean impact, tracks", fit.impact_time_s, impact_time_s);

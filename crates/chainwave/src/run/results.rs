@@ -105,6 +105,10 @@ fn write_alignment(folder: &Path, tracked: &Tracked, evaluation: &Evaluation) ->
         let of = |one: &Alignment| found?.recordings.iter().find(|fitted| fitted.recording == one.recording);
         alignments.iter().map(|one| of(one).map(value)).collect()
     };
+    let is_struck = evaluation.track_fit.as_ref().is_ok_and(|fit| !fit.model.is_let_go());
+    let of_striker = |value: &dyn Fn(&FittedRecording) -> f64| {
+        if is_struck { fitted(value) } else { vec![None; alignments.len()] }
+    };
     let of = |value: &dyn Fn(&Alignment) -> f64| alignments.iter().map(value).collect::<Vec<f64>>();
     let recording_alignments = &evaluation.recording_alignments;
     let stated = |value: &dyn Fn(&RecordingAlignment) -> f64| {
@@ -138,8 +142,8 @@ fn write_alignment(folder: &Path, tracked: &Tracked, evaluation: &Evaluation) ->
         column("onset_drive_deviation", values(&onset_drives)),
         column("onset_drive_deviation_sigma", sigmas(&onset_drives)),
         column("scatter_ratio", of(&|one| one.scatter_ratio)),
-        column("striker_velocity_m_per_s", fitted(&|one| one.striker_velocity_m_per_s.value)),
-        column("striker_velocity_sigma", fitted(&|one| one.striker_velocity_m_per_s.sigma)),
+        column("striker_velocity_m_per_s", of_striker(&|one| one.striker_velocity_m_per_s.value)),
+        column("striker_velocity_sigma", of_striker(&|one| one.striker_velocity_m_per_s.sigma)),
         column("impact_time_s", fitted(&|one| one.impact_time_s.value)),
         column("impact_time_sigma_s", fitted(&|one| one.impact_time_s.sigma)),
         column("model_scatter_ratio", fitted(&|one| one.scatter_ratio)),
@@ -186,7 +190,7 @@ fn as_json(setup: &Setup, evaluation: &Evaluation, states: &[RecordingState]) ->
     let (key, correlation) = correlation_of(damping);
     results.insert(key.into(), correlation);
     results.insert("damping_from".into(), json!(damping.source));
-    let resonance = measurement.local_resonance.as_ref().map(|resonance| resonance.frequency_hz);
+    let resonance = measurement.local_resonance.as_ref().map(LocalResonance::of_chain_hz);
     put_or_refuse(
         &mut results,
         ("local_resonance_hz", "local_resonance_sigma"),
@@ -283,6 +287,7 @@ pub(crate) fn states_as_json(states: &[RecordingState]) -> Value {
 
 fn resonance_as_json(resonance: &LocalResonance) -> Value {
     json!({
+        "sigma_by_noise_hz": resonance.frequency_hz.sigma,
         "resolution_hz": resonance.resolution_hz,
         "line_p_value": resonance.line.p_value,
         "line_half_bandwidth_hz": resonance.line.half_bandwidth_hz,
@@ -398,7 +403,14 @@ fn structure_as_json(found: &Structure) -> Value {
 }
 
 fn track_fit_as_json(fit: &TrackFit, evaluation: &Evaluation) -> Map<String, Value> {
+    let is_struck = !fit.model.is_let_go();
     let mut results = damping_as_json(&fit.damping, evaluation);
+    if !is_struck {
+        results.retain(|key, _| !key.starts_with("c_s") && key != "correlation");
+        results.insert("c_s".into(), json!(ReleasedFit::NO_STRIKER_DAMPING));
+    }
+    // What is told of c_s, behind what is told of c_d.
+    let n_told = if is_struck { 2 } else { 1 };
     results.insert("structure".into(), structure_as_json(&fit.structure));
     if !fit.beyond.is_empty() {
         let causes: Vec<&str> = fit.beyond.iter().map(|one| one.in_words()).collect();
@@ -409,13 +421,14 @@ fn track_fit_as_json(fit: &TrackFit, evaluation: &Evaluation) -> Map<String, Val
             put(&mut results, &format!("{name}_found"), &format!("{name}_found_sigma"), Some(*found));
         }
     }
-    for (name, interval) in ["c_d_interval_95", "c_s_interval_95"].into_iter().zip(fit.intervals_95) {
+    let intervals = ["c_d_interval_95", "c_s_interval_95"].into_iter().zip(fit.intervals_95);
+    for (name, interval) in intervals.take(n_told) {
         let told =
             json!({ "low": interval.low, "high": interval.high, "is_quadratic": interval.is_quadratic });
         results.insert(name.into(), told);
     }
     let values = [fit.damping.chain_damping_kg_per_s.value, fit.damping.striker_damping_kg_per_s.value];
-    let over_trials = fit.bootstrap.iter().flatten();
+    let over_trials = fit.bootstrap.iter().flatten().take(n_told);
     for ((name, value), found) in ["c_d_bootstrap", "c_s_bootstrap"].into_iter().zip(values).zip(over_trials)
     {
         let (low, high) = found.interval_95(value);
@@ -424,9 +437,12 @@ fn track_fit_as_json(fit: &TrackFit, evaluation: &Evaluation) -> Map<String, Val
     }
     results.insert("starts_at_this_minimum".into(), json!(fit.starts.0));
     results.insert("starts".into(), json!(fit.starts.1));
-    let velocity = Some(fit.striker_velocity_m_per_s);
-    put(&mut results, "striker_velocity_m_per_s", "striker_velocity_sigma", velocity);
-    put(&mut results, "impact_time_s", "impact_time_sigma", Some(fit.impact_time_s));
+    let [drive, drive_sigma, start, start_sigma] = match is_struck {
+        true => ["striker_velocity_m_per_s", "striker_velocity_sigma", "impact_time_s", "impact_time_sigma"],
+        false => ["state", "state_sigma", "release_time_s", "release_time_sigma"],
+    };
+    put(&mut results, drive, drive_sigma, Some(fit.striker_velocity_m_per_s));
+    put(&mut results, start, start_sigma, Some(fit.impact_time_s));
     put_factors(&mut results, &fit.factors);
     put_goodness(&mut results, fit.reduced_chi_squared, fit.n_residuals, fit.n_simulations);
     results

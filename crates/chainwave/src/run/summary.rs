@@ -113,7 +113,7 @@ pub(crate) fn rows(evaluation: &Evaluation, truth: Option<&KnownTruth>) -> Vec<S
         Err(reason) => Err(reason.as_str().to_owned()),
     };
     let last_width = measurement.half_widths.last();
-    let resonance = measurement.local_resonance.as_ref().map(|resonance| resonance.frequency_hz);
+    let resonance = measurement.local_resonance.as_ref().map(|resonance| resonance.of_chain_hz());
     let mut rows = vec![
         row(
             "group velocity (m/s)",
@@ -146,7 +146,12 @@ pub(crate) fn rows(evaluation: &Evaluation, truth: Option<&KnownTruth>) -> Vec<S
     ];
     for (source, damping) in of_fits {
         let fit = Fit { source, damping, refused: stated.reason(source) };
-        rows.extend(fit.rows(stated.critical_kg_per_s, truth));
+        let [c_d, c_s] = fit.rows(stated.critical_kg_per_s, truth);
+        rows.push(c_d);
+        // A chain that is let go has no striker.
+        if evaluation.release_fit.is_none() {
+            rows.push(c_s);
+        }
     }
     if let Some(source) = stated.source.filter(|source| [BEHIND_BODY_1, RELEASE].contains(source)) {
         let c_d = stated.chain_damping_kg_per_s.clone();

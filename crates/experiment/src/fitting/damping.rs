@@ -6,6 +6,7 @@ use chainwave_inference::{
 };
 use chainwave_measurement::Estimate;
 
+use crate::fitting::drive_off::DriveOff;
 use crate::wording::probability;
 
 /// The damping that stands for the experiment.
@@ -47,17 +48,19 @@ const CONTRADICTION: f64 = 3.5;
 const LARGEST_BEHIND_BODY_1: f64 = 1.5;
 
 impl StatedDamping {
-    /// Of the fits to an experiment; `critical_kg_per_s` is critical damping, beyond which a damping is not told.
+    /// Of the fits to an experiment, whose tracks may contradict the stated drive; `critical_kg_per_s` is critical damping, beyond which a damping is
+    /// not told.
     pub(crate) fn of(
         tracks: &Result<TrackFit, FitError>,
         behind_body_1: &Result<ImposedFit, FitError>,
         energies: &Result<EnergyFit, FitError>,
+        drive_off: Option<&DriveOff>,
         critical_kg_per_s: f64,
     ) -> Self {
         if let Err(why @ FitError::NotAsked) = tracks {
             return Self::not_asked(&why.to_string(), critical_kg_per_s);
         }
-        let reasons = reasons(tracks, behind_body_1, energies, critical_kg_per_s);
+        let reasons = reasons(tracks, behind_body_1, energies, drive_off, critical_kg_per_s);
         let [holds_tracks, holds_behind, holds_energies] = reasons.each_ref().map(|(_, why)| why.is_none());
         let mut refused: Vec<(&'static str, String)> =
             reasons.into_iter().filter_map(|(source, why)| Some((source, why?))).collect();
@@ -118,21 +121,38 @@ impl StatedDamping {
         }
     }
 
-    /// Of the fit to a chain that is let go, which no other fit takes.
-    pub(crate) fn of_release(fit: &Result<ReleasedFit, FitError>, critical_kg_per_s: f64) -> Self {
-        let asked = |fit: &ReleasedFit| {
-            misfit(fit.reduced_chi_squared, LARGEST_BEHIND_BODY_1)
-                .or_else(|| refusal_by_c_d(fit.chain_damping_kg_per_s, critical_kg_per_s))
+    /// Of the fits to a chain that is let go: to its tracks, and to its motion where the tracks have none.
+    pub(crate) fn of_release(
+        tracks: &Result<TrackFit, FitError>,
+        motion: &Result<ReleasedFit, FitError>,
+        critical_kg_per_s: f64,
+    ) -> Self {
+        let of_c_d = |c_d: Estimate| refusal_by_c_d(c_d, critical_kg_per_s);
+        let of_tracks =
+            |fit: &TrackFit| unexplained(fit).or_else(|| of_c_d(fit.damping.chain_damping_kg_per_s));
+        let of_motion = |fit: &ReleasedFit| {
+            let by_tracks = tracks.as_ref().ok().and_then(unexplained);
+            by_tracks
+                .or_else(|| rejected_model(tracks, false))
+                .or_else(|| misfit(fit.reduced_chi_squared, LARGEST_BEHIND_BODY_1))
+                .or_else(|| of_c_d(fit.chain_damping_kg_per_s))
         };
-        let why = reason(fit, asked);
-        let told = fit.as_ref().map(|fit| fit.chain_damping_kg_per_s).map_err(ToString::to_string);
+        let reasons = [(TRACKS, reason(tracks, of_tracks)), (RELEASE, reason(motion, of_motion))];
+        let found = [
+            tracks.as_ref().ok().map(|fit| fit.damping.chain_damping_kg_per_s),
+            motion.as_ref().ok().map(|fit| fit.chain_damping_kg_per_s),
+        ];
+        let held = reasons.iter().zip(found).find(|((_, why), _)| why.is_none());
+        let told = held.and_then(|((source, _), c_d)| Some((*source, c_d?)));
+        let refused: Vec<(&'static str, String)> =
+            reasons.iter().filter_map(|(source, why)| Some((*source, why.clone()?))).collect();
         Self {
-            chain_damping_kg_per_s: why.clone().map_or(told, |why| Err(format!("{RELEASE}: {why}"))),
+            chain_damping_kg_per_s: told.map(|(_, c_d)| c_d).ok_or_else(|| no_fit_holds(&refused)),
             striker_damping_kg_per_s: Err(ReleasedFit::NO_STRIKER_DAMPING.into()),
             correlation: None,
-            source: why.is_none().then_some(RELEASE),
+            source: told.map(|(source, _)| source),
             critical_kg_per_s,
-            refused: why.into_iter().map(|why| (RELEASE, why)).collect(),
+            refused,
             warnings: Vec::new(),
         }
     }
@@ -171,9 +191,7 @@ impl StatedDamping {
 
     /// No damping, as every fit was refused.
     fn of_nothing(refused: &[(&'static str, String)], critical_kg_per_s: f64) -> Self {
-        let reasons: Vec<String> =
-            refused.iter().map(|(source, reason)| format!("{source}: {reason}")).collect();
-        let reason = format!("no fit holds ({})", reasons.join("; "));
+        let reason = no_fit_holds(refused);
         Self {
             chain_damping_kg_per_s: Err(reason.clone()),
             striker_damping_kg_per_s: Err(reason),
@@ -206,14 +224,20 @@ impl StatedDamping {
                 "the tracks, while the chain model (with what they ask for beyond the stated one) leaves noise alone, or so little more that \
                  c_d is told from zero with all that this may do to it; else the motion {BEHIND_BODY_1} (reduced chi squared up to \
                  {LARGEST_BEHIND_BODY_1}), which needs no striker and stands as well where the two contradict by {CONTRADICTION} sigma; else \
-                 the peak energies, unless they leave more than chance does ({} % level); else nothing. Of a chain that is let go the {RELEASE} (up to \
-                 {LARGEST_BEHIND_BODY_1})",
+                 the peak energies, unless they leave more than chance does ({} % level); else nothing. Of a chain that is let go the tracks; else, where they \
+                 tell nothing of the model, the {RELEASE} (up to {LARGEST_BEHIND_BODY_1})",
                 100.0 * SIGNIFICANCE_LEVEL
             ),
             level: None,
             rates: Vec::new(),
         }
     }
+}
+
+/// Why there is no damping, where every fit was refused.
+fn no_fit_holds(refused: &[(&'static str, String)]) -> String {
+    let reasons: Vec<String> = refused.iter().map(|(source, reason)| format!("{source}: {reason}")).collect();
+    format!("no fit holds ({})", reasons.join("; "))
 }
 
 /// Why there is no c_s, where no striker drives the chain.
@@ -231,6 +255,7 @@ fn reasons(
     tracks: &Result<TrackFit, FitError>,
     behind_body_1: &Result<ImposedFit, FitError>,
     energies: &Result<EnergyFit, FitError>,
+    drive_off: Option<&DriveOff>,
     critical_kg_per_s: f64,
 ) -> [(&'static str, Option<String>); 3] {
     let of_behind = |fit: &ImposedFit| {
@@ -240,6 +265,7 @@ fn reasons(
     };
     let of_energies = |fit: &EnergyFit| {
         rejected_model(tracks, true)
+            .or_else(|| drive_off.map(DriveOff::refusal))
             .or_else(|| unlikely(fit.reduced_chi_squared, fit.p_value))
             .or_else(|| refusal_by_c_d(fit.damping.chain_damping_kg_per_s, critical_kg_per_s))
     };

@@ -36,7 +36,9 @@ pub(crate) fn first_impact_s(motion: &ChainMotion, chain: &Chain) -> Result<f64,
         bodies: Bodies::Reached,
     };
     let moved = simulate(chain, &schedule)?.trajectory;
-    let arrival = moved.displacement_m.row(row).iter().position(|x_m| has_left(*x_m));
+    let of_body = moved.displacement_m.row(row);
+    let held_m = of_body.first().copied().unwrap_or(0.0);
+    let arrival = of_body.iter().position(|x_m| has_left(x_m - held_m));
     let Some(arrival_s) = arrival.map(|i| moved.times_s[i]) else { return Ok(0.0) };
     let impact_s = left_s - arrival_s;
     // Bodies that hardly touch have no such period, and a wave that needs some time to them instead.

@@ -17,6 +17,7 @@ use crate::chain::measuring::chosen_gaps;
 use crate::configuration::{Experiment, Striker};
 use crate::error::Error;
 use crate::fitting::assumptions::DRIVE_SCALE_SIGMA;
+use crate::fitting::drive_off::DriveOff;
 use crate::fitting::first_impact::first_impact_s;
 use crate::geometry::scale::ScaleCheck;
 use crate::input::numbers::NotNegative;
@@ -123,7 +124,7 @@ impl<'a> Material<'a> {
         let (reached, track_fit) = match self.moves().and_then(|()| self.reached(observations)) {
             Ok((model, Reached { observations: reached, impact_times_s: impacts_s })) => {
                 let elsewhere = imposed_fit.as_ref().ok().map(|fit| fit.chain_damping_kg_per_s.value);
-                let fit = fit_tracks(&reached, &impacts_s, &model, elsewhere);
+                let fit = fit_of_any_drive(&reached, &impacts_s, &model, elsewhere);
                 (reached, fit)
             }
             Err(why) => (observations.to_vec(), Err(why)),
@@ -189,6 +190,30 @@ impl<'a> Material<'a> {
     }
 }
 
+/// Relative scatter of the drive from trial to trial that one without any counts with: less than any motion tells.
+const LEAST_SCATTER: f64 = 1e-6;
+
+/// The fit to the tracks; where all recordings together contradict the stated strength of the drive, that is left open, as what it is off by would
+/// else be taken for something else.
+fn fit_of_any_drive(
+    observations: &[Observation],
+    impact_times_s: &[f64],
+    model: &TrackModel,
+    elsewhere_kg_per_s: Option<f64>,
+) -> Result<TrackFit, FitError> {
+    let fit = fit_tracks(observations, impact_times_s, model, elsewhere_kg_per_s)?;
+    let Some(off) = DriveOff::of(&fit, model.striker_velocity_m_per_s) else { return Ok(fit) };
+    let Estimate { value, .. } = model.striker_velocity_m_per_s;
+    let sigma = OPEN * (off.found.value - value).abs();
+    let open = TrackModel { striker_velocity_m_per_s: Estimate::new(value, sigma), ..model.clone() };
+    let open = fit_tracks(observations, impact_times_s, &open, elsewhere_kg_per_s);
+    let is_simpler = |open: &TrackFit| open.leaves_noise_alone() && open.beyond.len() <= fit.beyond.len();
+    Ok(open.ok().filter(is_simpler).unwrap_or(fit))
+}
+
+/// What a drive that was found elsewhere than stated is known to beforehand, over what it is off by: to no more than that it is of this size.
+const OPEN: f64 = 2.0;
+
 /// How far a body must leave its place, in its uncertainties: none of a million samples does by chance.
 const LEAST_MOTION_SIGMAS: f64 = 5.0;
 
@@ -219,7 +244,7 @@ fn moved_by_body_1(experiment: &Experiment) -> Result<(), FitError> {
 /// The chain model as a fit to the tracks starts from it.
 ///
 /// # Errors
-/// A fit that nobody asks for, and a chain that not one striker alone drives.
+/// A fit that nobody asks for, and a chain that neither one striker alone drives nor is let go.
 pub(crate) fn track_model(
     experiment: &Experiment,
     chain: Chain,
@@ -227,11 +252,13 @@ pub(crate) fn track_model(
     n_threads: NonZero<usize>,
 ) -> Result<TrackModel, FitError> {
     asked(experiment)?;
-    let striker = one_striker(experiment)?;
-    let (velocity, scatter) = (striker.velocity_m_per_s.get(), striker.velocity_sigma_m_per_s.get());
+    if !experiment.is_released() {
+        one_striker(experiment)?;
+    }
+    let Estimate { value, sigma } = experiment.nominal_drive();
     Ok(TrackModel {
         chain,
-        striker_velocity_m_per_s: Estimate::new(velocity, scatter),
+        striker_velocity_m_per_s: Estimate::new(value, sigma.max(LEAST_SCATTER * value)),
         priors: priors.to_vec(),
         reading_errors: Vec::new(),
         usual_errors: Vec::new(),

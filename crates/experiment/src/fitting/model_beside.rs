@@ -10,7 +10,6 @@ use chainwave_mechanics::{Chain, Drive, Schedule, Striker, simulate};
 use crate::chain::measuring::measure_motion;
 use crate::configuration::Experiment;
 use crate::error::Error;
-use crate::fitting::fits::one_striker;
 
 /// The chain model with the fitted damping.
 pub struct ModelBeside {
@@ -39,7 +38,6 @@ pub(crate) fn model_beside(
     fit: &TrackFit,
     velocity_gaps: Option<RangeInclusive<usize>>,
 ) -> Result<ModelBeside, Error> {
-    let striker = one_striker(experiment)?;
     let model = &fit.model;
     let fitted = fitted_motion(fit, &motion.times_s)?;
     let measurement = measure_motion(experiment, &exact_motion(&fitted), velocity_gaps, model.n_threads)?;
@@ -48,12 +46,7 @@ pub(crate) fn model_beside(
             damping_kg_per_s: experiment
                 .chain
                 .dampings_kg_per_s(damping * fit.damping.chain_damping_kg_per_s.value)?,
-            drive: Drive::Striker(Striker {
-                mass_kg: striker.mass_kg.get(),
-                velocity_m_per_s: fit.striker_velocity_m_per_s.value,
-                damping_kg_per_s: damping * fit.damping.striker_damping_kg_per_s.value,
-                ground_damping_kg_per_s: 0.0,
-            }),
+            drive: driven(fit, damping),
             ..model.chain.clone()
         };
         // Long enough for the wave to cross the chain at half the sound speed.
@@ -62,4 +55,25 @@ pub(crate) fn model_beside(
         Ok(simulate(&chain, &schedule)?.psi_max_j)
     };
     Ok(ModelBeside { motion: fitted, measurement, damped_j: energies(1.0)?, undamped_j: energies(0.0)? })
+}
+
+/// The mean drive that a fit found, with a part of the damping of its striker's contact.
+fn driven(fit: &TrackFit, damping: f64) -> Drive {
+    let strength = fit.striker_velocity_m_per_s.value;
+    match &fit.model.chain.drive {
+        Drive::Striker(striker) => Drive::Striker(Striker {
+            velocity_m_per_s: strength,
+            damping_kg_per_s: damping * fit.damping.striker_damping_kg_per_s.value,
+            ground_damping_kg_per_s: 0.0,
+            ..*striker
+        }),
+        Drive::Free { displacement_m, velocity_m_per_s } => {
+            let of_strength = |state: &[f64]| state.iter().map(|value| strength * value).collect();
+            Drive::Free {
+                displacement_m: of_strength(displacement_m),
+                velocity_m_per_s: of_strength(velocity_m_per_s),
+            }
+        }
+        imposed @ Drive::Imposed(_) => imposed.clone(),
+    }
 }

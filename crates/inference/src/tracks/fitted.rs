@@ -42,10 +42,12 @@ pub fn fitted_motion(fit: &TrackFit, times_s: &[f64]) -> Result<Trajectory, FitE
         map_in_parallel(struck.len(), model.n_threads, |k| resisted(&struck[k], &schedule, resistance));
     for (k, motion) in motions.into_iter().enumerate() {
         let (motion, weight) = (motion?, of_node(k));
+        // As pictures show it: from where the bodies were held.
+        let held_m = motion.displacement_m.column(0);
         for (i, time_s) in times_s.iter().enumerate() {
             let Some(moment) = motion.at(time_s - impact_time_s) else { continue };
             for body in 0..n_bodies {
-                mean.displacement_m[(body, i)] += weight * moment.displacement_m(body);
+                mean.displacement_m[(body, i)] += weight * (moment.displacement_m(body) - held_m[body]);
                 mean.velocity_m_per_s[(body, i)] += weight * moment.velocity_m_per_s(body);
             }
         }

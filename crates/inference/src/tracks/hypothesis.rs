@@ -162,6 +162,7 @@ impl Hypothesis {
             asked.contains(quantity) || model.priors.iter().any(|prior| prior.quantity == *quantity)
         };
         match self {
+            _ if model.is_let_go() && self.is_of_striker() => false,
             Self::ContactLaw => {
                 let is_power = matches!(model.chain.contact.first().law, Law::Power(_));
                 is_power && !self.quantities().iter().any(is_prior)
@@ -194,6 +195,14 @@ impl Hypothesis {
             }
             _ => !self.quantities().iter().any(is_prior),
         }
+    }
+
+    /// Whether it is of what strikes body 1.
+    fn is_of_striker(self) -> bool {
+        matches!(
+            self,
+            Self::StrikerMass | Self::StrikerDamping | Self::StrikerFriction | Self::StrikerContact
+        )
     }
 
     /// The model with what is no quantity without a prior.
@@ -232,7 +241,11 @@ impl Hypothesis {
                 model.priors.extend(scattered(&gaps, most, UNSTATED_STIFFNESS_SCATTER, stiffness_of));
                 // The striker meets body 1 in a contact like the others.
                 let is_prior = |prior: &Prior| prior.quantity == Quantity::StrikerContact;
-                if !asked.contains(&Quantity::StrikerContact) && !model.priors.iter().any(is_prior) {
+                let is_struck = !model.is_let_go();
+                if is_struck
+                    && !asked.contains(&Quantity::StrikerContact)
+                    && !model.priors.iter().any(is_prior)
+                {
                     let (quantity, relative_sigma) = (Quantity::StrikerContact, UNSTATED_STIFFNESS_SCATTER);
                     model.priors.push(Prior { quantity, relative_sigma });
                 }

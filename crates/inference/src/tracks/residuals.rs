@@ -9,7 +9,7 @@ use std::sync::{
 };
 
 use chainwave_measurement::{BodyTrack, Estimate, Observation, map_in_parallel};
-use chainwave_mechanics::{Chain, Drive, Kept, ReferenceMotion, Schedule, Striker};
+use chainwave_mechanics::{Chain, Kept, ReferenceMotion, Schedule, Striker};
 use nalgebra::DVector;
 
 use super::family::{Family, Struck};
@@ -35,6 +35,9 @@ pub(super) const SAMPLES_PER_FRAME: f64 = 4.0;
 const MARGIN_FRAMES: f64 = 25.0;
 /// Strikers farther from the mean than this, relative to it, are beyond the family's interpolation.
 const WIDEST_DRIVE: f64 = 0.5;
+/// The damping of a striker's contact, over critical damping, that stands for none: where there is no striker it is as good as any, and one that the
+/// search keeps away from its bound.
+pub(super) const NO_STRIKER_DAMPING: f64 = 1.0;
 /// Factors that are asked for stay within this of one, up and down.
 const LARGEST_ASKED: f64 = 8.0;
 
@@ -354,6 +357,11 @@ impl TrackResiduals<'_> {
         }
         self.errors.ties.iter().for_each(|(tied, n_errors)| equations.tie(tied, *n_errors));
         PriorFactors::new(&self.model.priors, N_DAMPINGS).add_priors(&mut equations, &at.shared);
+        if self.model.is_let_go() {
+            // Nothing tells the damping of a contact that there is not.
+            let critical = critical_kg_per_s(&self.model.chain);
+            equations.add_prior(1, at.shared[1] / critical - NO_STRIKER_DAMPING, critical.recip());
+        }
         equations
     }
 
@@ -435,9 +443,9 @@ pub(super) fn struck(
     shared: &DVector<f64>,
     quantities: impl Iterator<Item = Quantity>,
 ) -> Result<Struck, FitError> {
-    let Drive::Striker(striker) = &model.chain.drive else { return Err(FitError::NoStriker) };
+    let striker = model.striker()?;
     let mut chain = Chain { damping_kg_per_s: damping_like(&model.chain, shared[0]), ..model.chain.clone() };
-    let mut striker = Striker { damping_kg_per_s: shared[1], ..*striker };
+    let mut striker = Striker { damping_kg_per_s: shared[1], ..striker };
     for (quantity, factor) in quantities.zip(shared.iter().skip(N_DAMPINGS)) {
         quantity.apply(*factor, &mut chain, &mut striker);
     }

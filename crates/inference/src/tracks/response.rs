@@ -73,7 +73,8 @@ impl Response {
         }
         let trajectories = || motions.iter().map(|motion| &motion.simulation().trajectory);
         let times_s = trajectories().next().map_or(Vec::new(), |motion| motion.times_s.clone());
-        Ok(Self { family, times_s, nodes: trajectories().map(Samples::of).collect(), resistances })
+        let nodes = trajectories().map(|motion| Samples::of(motion).from_the_first()).collect();
+        Ok(Self { family, times_s, nodes, resistances })
     }
 
     /// Number of outputs.

@@ -1,10 +1,9 @@
 //! Where searches begin: at the model's own dampings, at one that another fit found, or where a poorer problem has its minimum.
 
-use chainwave_mechanics::Drive;
 use nalgebra::DVector;
 
-use super::TrackResiduals;
-use crate::damping::{N_DAMPINGS, STARTS, mean_damping_kg_per_s};
+use super::{NO_STRIKER_DAMPING, TrackResiduals};
+use crate::damping::{N_DAMPINGS, STARTS, critical_kg_per_s, mean_damping_kg_per_s};
 use crate::error::FitError;
 use crate::least_squares::{Own, Unknowns};
 use crate::quantity::Quantity;
@@ -16,9 +15,9 @@ impl TrackResiduals<'_> {
         impact_times_s: &[f64],
         factors: [f64; N_DAMPINGS],
     ) -> Result<Unknowns, FitError> {
-        let Drive::Striker(striker) = &self.model.chain.drive else { return Err(FitError::NoStriker) };
-        let stated = [mean_damping_kg_per_s(&self.model.chain), striker.damping_kg_per_s];
-        Ok(self.start_from(impact_times_s, [factors[0] * stated[0], factors[1] * stated[1]]))
+        let stated = [mean_damping_kg_per_s(&self.model.chain), self.striker_damping_kg_per_s()?];
+        let of_striker = if self.model.is_let_go() { 1.0 } else { factors[1] };
+        Ok(self.start_from(impact_times_s, [factors[0] * stated[0], of_striker * stated[1]]))
     }
 
     /// Every usual start, by first guesses of the impacts.
@@ -32,8 +31,15 @@ impl TrackResiduals<'_> {
         impact_times_s: &[f64],
         c_d_kg_per_s: f64,
     ) -> Result<Unknowns, FitError> {
-        let Drive::Striker(striker) = &self.model.chain.drive else { return Err(FitError::NoStriker) };
-        Ok(self.start_from(impact_times_s, [c_d_kg_per_s, striker.damping_kg_per_s]))
+        Ok(self.start_from(impact_times_s, [c_d_kg_per_s, self.striker_damping_kg_per_s()?]))
+    }
+
+    /// The stated damping of the striker's contact; what stands for it where there is no striker.
+    fn striker_damping_kg_per_s(&self) -> Result<f64, FitError> {
+        match self.model.is_let_go() {
+            true => Ok(NO_STRIKER_DAMPING * critical_kg_per_s(&self.model.chain)),
+            false => Ok(self.model.striker()?.damping_kg_per_s),
+        }
     }
 
     fn start_from(&self, impact_times_s: &[f64], dampings_kg_per_s: [f64; N_DAMPINGS]) -> Unknowns {
