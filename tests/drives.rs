@@ -188,12 +188,16 @@ mod slow {
     fn a_chain_that_is_let_go_relaxes_as_it_should() {
         let laboratory = driven(RELEASE, &[]);
         let (found, results) = found_of(&laboratory);
-        let fit = &found["fit_to_release"];
         let truth = json(&laboratory.path("recordings/truth.json"));
-        for (value, sigma, expected) in [
+        assert_eq!(found["damping_from"], "tracks", "{found}");
+        assert_eq!(found["fit_to_tracks"]["as_if"], Value::Null, "{found}");
+        for (fit, (value, sigma, expected)) in [
             ("release_time_s", "release_time_sigma", truth["impact_time_s"].as_f64().expect("a number")),
             ("state", "state_sigma", truth["drive"].as_f64().expect("a number")),
-        ] {
+        ]
+        .into_iter()
+        .flat_map(|told| [(&found["fit_to_release"], told), (&found["fit_to_tracks"], told)])
+        {
             let number = |name: &str| fit[name].as_f64().expect("a number");
             assert!((number(value) - expected).abs() < 4.0 * number(sigma), "{value} of {expected}: {fit}");
         }
@@ -214,6 +218,48 @@ mod slow {
         for (energy_j, sigma_j) in energies.full("psi_max_j").into_iter().zip(energies.full("sigma_j")) {
             assert!(energy_j > held_j - 4.0 * sigma_j && energy_j < 4.0 * held_j, "{energy_j} of {held_j}");
         }
+    }
+
+    /// The results of films of a laboratory whose experiment states something else than what was filmed.
+    fn found_with(laboratory: &Laboratory, from: &str, to: &str) -> Value {
+        let (recordings, results) = (laboratory.film(), laboratory.path("results"));
+        let path = recordings.join("experiment.toml");
+        let stated = std::fs::read_to_string(&path).expect("a text");
+        assert!(stated.contains(from), "{stated}");
+        laboratory.write("recordings/experiment.toml", &stated.replace(from, to));
+        let run = evaluation(&recordings, &results).output().expect("chainwave starts");
+        assert_eq!(run.status.code(), Some(0), "{}", String::from_utf8_lossy(&run.stderr));
+        json(&results.join("results.json"))
+    }
+
+    fn c_d_is_held(found: &Value) -> bool {
+        let number = |name: &str| found[name].as_f64().unwrap_or_else(|| panic!("{name}: {found}"));
+        (number("c_d_kg_per_s") - 3e-3).abs() < 4.0 * number("c_d_sigma")
+    }
+
+    #[test]
+    fn a_chain_that_is_let_go_and_is_heavier_than_stated_is_told_so() {
+        let found = found_with(&driven(RELEASE, &[]), "mass_kg = 0.000455\n", "mass_kg = 0.000453\n");
+        assert!(
+            found["fit_to_tracks"]["as_if"].as_array().is_some_and(|causes| !causes.is_empty()),
+            "{found}"
+        );
+        assert!(c_d_is_held(&found), "{found}");
+        let refused = found["fit_to_release"]["refused"].as_str().expect("a reason");
+        assert!(refused.contains("assumes the chain model as stated"), "{refused}");
+    }
+
+    /// Every recording tells the same: the stated velocity is eight of its scatters off.
+    #[test]
+    fn a_striker_that_is_faster_than_stated_is_told_and_harms_nothing() {
+        let (from, to) = ("velocity_m_per_s = 2.73\n", "velocity_m_per_s = 2.33\n");
+        let found = found_with(&Laboratory::new(), from, to);
+        let warnings = found["warnings"].as_array().expect("a list");
+        assert!(warnings.iter().any(|one| one["code"] == "drive_strength"), "{found}");
+        assert_eq!(found["fit_to_tracks"]["as_if"], Value::Null, "{found}");
+        assert!(c_d_is_held(&found), "{found}");
+        let refused = found["fit_to_peak_energies"]["refused"].as_str().expect("a reason");
+        assert!(refused.contains("assumes the drive as stated"), "{refused}");
     }
 
     /// A struck chain that is held to ground: all of the fits know its springs.

@@ -44,7 +44,7 @@ use crate::setup::Setup;
 use crate::tracked::Tracked;
 
 /// To be raised whenever the same tracks would give other results; `results_of_the_small_experiment_are_those_of_the_evaluations_version` among the tests of the whole guards it.
-pub const EVALUATION_VERSION: u32 = 33;
+pub const EVALUATION_VERSION: u32 = 34;
 
 /// Everything that follows from the tracks.
 pub struct Evaluation {
@@ -124,7 +124,7 @@ pub fn evaluate(
     let ReadOff { mut measurement, pulses, energy_fit } = read?;
     let Joint { geometry, observations, stabilisation, stitched, left_out, unjoined, .. } = of_all.joint;
     let stitched = widened.unwrap_or(stitched);
-    let drive_off = accepted(&fits.track_fit).and_then(|fit| DriveOff::of(fit, experiment.nominal_drive()));
+    let drive_off = drive_off(experiment, &fits.track_fit);
     let damping = damping_of(&fits, &energy_fit, drive_off.as_ref(), critical_kg_per_s(chain));
     let Fits { reached, track_fit, departures, imposed_fit, release_fit } = fits;
     let used = measurement.group_velocity.as_ref().ok().map(|velocity| velocity.gaps.0..=velocity.gaps.1);
@@ -132,8 +132,7 @@ pub fn evaluate(
         RecordingAlignments::of(&stitched.alignments, accepted(&track_fit), experiment.far_striker.is_some());
     let mut notices = notices(experiment, &tracked.recordings, &observations, &recording_alignments);
     notices.extend(before_the_wave(&observations, &reached));
-    notices.extend(of_drive(experiment, &observations));
-    notices.extend(drive_off.as_ref().map(DriveOff::finding));
+    notices.extend(of_drive(experiment, &observations, drive_off.as_ref()));
     notices.extend(beyond_table(chain, &measurement.strain));
     let of_model = track_fit.iter().flat_map(TrackFit::warnings);
     notices.extend(Finding::all_of("chain_model", "the chain model", of_model));
@@ -153,13 +152,12 @@ pub fn evaluate(
     let (speed, (model, by_model)) = both_in_parallel(n_threads, of_speed, by_fit);
     let model = model.and_then(|beside| beside.map_err(|why| notices.push(not_shown(&why))).ok());
     let by_model = by_model.and_then(|aligned| aligned.map_err(|why| notices.push(not_aligned(&why))).ok());
-    let speed = speed?.flatten();
     step();
     monitor.ended(Stage::Evaluating);
     Ok(Evaluation {
         left_out,
         unjoined,
-        findings: tracked.findings.iter().cloned().chain(speed).collect(),
+        findings: tracked.findings.iter().cloned().chain(speed?.flatten()).collect(),
         of_camera: of_all.of_camera,
         geometry,
         stabilisation,
@@ -211,11 +209,20 @@ fn damping_of(
     }
 }
 
-/// What the alignment does not know of the chain's drive.
-fn of_drive(experiment: &Experiment, observations: &[Observation]) -> Vec<Finding> {
+/// A drive that a fit to the tracks which explains them finds elsewhere than it is stated.
+fn drive_off(experiment: &Experiment, track_fit: &Result<TrackFit, FitError>) -> Option<DriveOff> {
+    DriveOff::of(accepted(track_fit)?, experiment.nominal_drive())
+}
+
+/// What the alignment does not know of the chain's drive, and what the tracks say against it.
+fn of_drive(
+    experiment: &Experiment,
+    observations: &[Observation],
+    drive_off: Option<&DriveOff>,
+) -> Vec<Finding> {
     let by_one_striker = experiment.far_striker.as_ref().map(|_| aligned_by_one_striker());
     let without_body_1 = experiment.is_shaken().then(|| aligned_without_body_1(observations)).flatten();
-    by_one_striker.into_iter().chain(without_body_1).collect()
+    by_one_striker.into_iter().chain(without_body_1).chain(drive_off.map(DriveOff::finding)).collect()
 }
 
 impl Evaluation {

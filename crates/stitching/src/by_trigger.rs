@@ -4,7 +4,7 @@
 //! in the next, drives and triggers are moved by what they have nothing to do with, and come out far off with small errors. Such an
 //! alignment may settle all the same, but it does not leave noise alone.
 
-use chainwave_measurement::{ChainMotion, Estimate, Observation};
+use chainwave_measurement::{ChainMotion, Estimate, Observation, median};
 use ndarray::{Array2, ArrayView1};
 
 use crate::error::StitchingError;
@@ -20,6 +20,9 @@ use crate::trigger_scatter::widening;
 /// alignments with 30 degrees of freedom (chi squared 120), and an alignment has hundreds; what is left is room for sigmas that are too small
 /// by up to two. Each effect of a real camera that `prove --camera` films leaves the recordings at 0.6 to 1.0.
 pub(crate) const SOUND_SCATTER: f64 = 2.0;
+/// What recordings scatter by over the farthest way of a body, from which on they contradict each other: a twentieth of what a pixel is of a usual way,
+/// and less than any camera's noise.
+const LEAST_SHARE_OF_WAY: f64 = 1e-4;
 /// Trials from which their scatter is told, where as many saw a body; two tell it badly, and are better than nothing.
 const LEAST_TRIALS: usize = 3;
 /// Student's t at 97.5 % with one degree of freedom over the normal distribution's: two trials are beyond what expansions hold for.
@@ -40,14 +43,36 @@ struct Reading {
 /// An alignment that ties all of them and in its last round still moves triggers by more than they were known to before is none either,
 /// however well recordings agree: as where a front runs alike whatever set it off, and a drive is to all bodies behind the first what a
 /// trigger is.
-pub(crate) fn is_contradicted(stitched: &Stitched, n_groups: usize, trigger_prior_s: f64) -> bool {
+///
+/// What recordings scatter by must be seen in the motion, too: readings without noise, as of drawn pictures, tell more than responses that are
+/// polynomials of the drive follow, and trials that nothing relates differ by parts of their way.
+pub(crate) fn is_contradicted(
+    stitched: &Stitched,
+    observations: &[Observation],
+    n_groups: usize,
+    trigger_prior_s: f64,
+) -> bool {
     let is_lost = stitched.unsettled.is_some_and(|unsettled| unsettled.offset_change_s > trigger_prior_s);
     if n_groups == 1 && is_lost {
         return true;
     }
     let squares = stitched.alignments.iter().map(|alignment| alignment.scatter_ratio.powi(2));
     let mean = squares.sum::<f64>() / stitched.alignments.len().max(1) as f64;
-    mean.sqrt() > SOUND_SCATTER && (n_groups == 1 || stitched.unsettled.is_some())
+    let scatters = mean.sqrt() > SOUND_SCATTER && (n_groups == 1 || stitched.unsettled.is_some());
+    scatters && mean.sqrt() * usual_sigma_m(observations) > LEAST_SHARE_OF_WAY * way_m(stitched)
+}
+
+/// The median of what readings are uncertain by.
+fn usual_sigma_m(observations: &[Observation]) -> f64 {
+    let tracks = observations.iter().flat_map(|one| &one.bodies);
+    let sigmas_m: Vec<f64> =
+        tracks.flat_map(|track| track.position_m.iter().flatten()).map(|x| x.sigma).collect();
+    median(sigmas_m).unwrap_or(0.0)
+}
+
+/// The farthest that a body goes.
+fn way_m(stitched: &Stitched) -> f64 {
+    stitched.motion.displacement_m.iter().flatten().map(|x| x.value.abs()).fold(0.0, f64::max)
 }
 
 /// The mean of all recordings of a body, each by its own trigger, on the time base of an alignment that is none.
@@ -252,9 +277,18 @@ mod tests {
     fn scatter_decides_where_all_recordings_are_tied() {
         let observations: Vec<Observation> = (1..6).map(|number| trial(number, NEVER_S)).collect();
         let mut merged = crate::merge(&observations, &Settings::new(1, 1e-4)).unwrap();
-        assert!(merged.unsettled.is_none() && !is_contradicted(&merged, 1, 1e-4));
+        assert!(merged.unsettled.is_none() && !is_contradicted(&merged, &observations, 1, 1e-4));
         merged.alignments.iter_mut().for_each(|one| one.scatter_ratio = 1.1 * SOUND_SCATTER);
-        assert!(is_contradicted(&merged, 1, 1e-4) && !is_contradicted(&merged, 12, 1e-4));
+        assert!(
+            is_contradicted(&merged, &observations, 1, 1e-4)
+                && !is_contradicted(&merged, &observations, 12, 1e-4)
+        );
+        // Of readings a hundred times as sure as much is a thirtieth of a micrometre, which no response follows.
+        let mut sure = observations.clone();
+        let readings =
+            sure.iter_mut().flat_map(|one| &mut one.bodies).flat_map(|track| &mut track.position_m);
+        readings.flatten().for_each(|x| x.sigma *= 0.01);
+        assert!(!is_contradicted(&merged, &sure, 1, 1e-4));
 
         // What still moves by more than a trigger was known to before has aligned nothing, however well recordings agree.
         merged.alignments.iter_mut().for_each(|one| one.scatter_ratio = 1.0);
@@ -263,9 +297,12 @@ mod tests {
             Some(crate::Unsettled { phase, rounds: 50, offset_change_s, drive_change: 1e-3 })
         };
         merged.unsettled = left(0.9e-4);
-        assert!(!is_contradicted(&merged, 1, 1e-4));
+        assert!(!is_contradicted(&merged, &observations, 1, 1e-4));
         merged.unsettled = left(1.3e-4);
-        assert!(is_contradicted(&merged, 1, 1e-4) && !is_contradicted(&merged, 12, 1e-4));
+        assert!(
+            is_contradicted(&merged, &observations, 1, 1e-4)
+                && !is_contradicted(&merged, &observations, 12, 1e-4)
+        );
     }
 
     fn averaged(observations: &[Observation]) -> Result<Stitched, StitchingError> {

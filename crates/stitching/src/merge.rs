@@ -47,10 +47,11 @@ pub fn merge(observations: &[Observation], settings: &Settings) -> Result<Stitch
     }
     let n_groups = settled.len();
     let stitched = joined(observations, settled, settings, interval_s).ok_or(StitchingError::Empty)?;
-    let mut stitched = match is_contradicted(&stitched, n_groups, settings.trigger_prior_s(interval_s)) {
-        true => averaged_by_trigger(observations, settings, interval_s, &stitched)?,
-        false => stitched,
-    };
+    let mut stitched =
+        match is_contradicted(&stitched, observations, n_groups, settings.trigger_prior_s(interval_s)) {
+            true => averaged_by_trigger(observations, settings, interval_s, &stitched)?,
+            false => stitched,
+        };
     stitched.warnings.extend(left_out);
     Ok(stitched)
 }

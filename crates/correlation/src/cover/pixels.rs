@@ -4,6 +4,7 @@ use chainwave_measurement::{Position, Recording, Region, Subset};
 
 use crate::cover::LEAST_FRAMES;
 use crate::reference::{mean_of_frames, pixel_bounds};
+use crate::search::patch::bilinear;
 use crate::{CorrelationError, ReferenceFrames};
 
 /// Variance of a pixel over the one that is foretold for it, up to which nothing moves there. A match is off by no more than a part of what it
@@ -160,17 +161,10 @@ impl Texture<'_> {
     fn at(self, [x, y]: [f64; 2]) -> Option<f64> {
         let Self { region, pixels } = self;
         let [column, row] = [x - region.x as f64, y - region.y as f64];
-        let is_inside = column >= 0.0
-            && row >= 0.0
-            && column < (region.width - 1) as f64
-            && row < (region.height - 1) as f64;
-        is_inside.then(|| {
-            let (i, j) = (column as usize, row as usize);
-            let (u, v) = (column - i as f64, row - j as f64);
-            let pixel = |i: usize, j: usize| f64::from(pixels[j * region.width + i]);
-            let along = |j: usize| (1.0 - u) * pixel(i, j) + u * pixel(i + 1, j);
-            (1.0 - v) * along(j) + v * along(j + 1)
-        })
+        let is_inside = (0.0..=(region.width - 1) as f64).contains(&column)
+            && (0.0..=(region.height - 1) as f64).contains(&row);
+        (is_inside && region.width > 1 && region.height > 1)
+            .then(|| f64::from(bilinear(pixels, region.width, [column, row])))
     }
 }
 

@@ -245,7 +245,7 @@ fn inverse([[a, b], [c, d]]: &Linear) -> Option<Linear> {
 }
 
 /// The value at a place between pixels, by their weights; the nearest inside beyond them.
-fn bilinear(pixels: &[f32], width: usize, [x, y]: [f64; 2]) -> f32 {
+pub(crate) fn bilinear(pixels: &[f32], width: usize, [x, y]: [f64; 2]) -> f32 {
     let height = pixels.len() / width;
     let (x, y) = (x.clamp(0.0, (width - 1) as f64), y.clamp(0.0, (height - 1) as f64));
     let (column, row) = ((x as usize).min(width - 2), (y as usize).min(height - 2));

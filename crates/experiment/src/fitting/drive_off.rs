@@ -16,7 +16,7 @@ pub(crate) struct DriveOff {
     pub(crate) found: Estimate,
     /// As it is stated, with its scatter from trial to trial.
     stated: Estimate,
-    /// How far they are apart, in standard uncertainties of both means.
+    /// How far they are apart, in standard uncertainties of the stated mean.
     sigmas: f64,
     is_struck: bool,
 }
@@ -25,8 +25,9 @@ impl DriveOff {
     /// What a fit that explains the tracks tells, where it contradicts the stated strength.
     pub(crate) fn of(fit: &TrackFit, stated: Estimate) -> Option<Self> {
         let found = fit.striker_velocity_m_per_s;
+        // What was stated beforehand draws the mean to itself as far as tracks leave it open, so that it is off by no more than this by chance.
         let of_mean = stated.sigma / (fit.recordings.len().max(1) as f64).sqrt();
-        let sigmas = (found.value - stated.value).abs() / found.sigma.hypot(of_mean);
+        let sigmas = (found.value - stated.value).abs() / of_mean;
         let is_struck = !fit.model.is_let_go();
         (sigmas > BEYOND_DOUBT).then_some(Self { found, stated, sigmas, is_struck })
     }

@@ -73,7 +73,7 @@ impl Response {
         }
         let trajectories = || motions.iter().map(|motion| &motion.simulation().trajectory);
         let times_s = trajectories().next().map_or(Vec::new(), |motion| motion.times_s.clone());
-        let nodes = trajectories().map(|motion| Samples::of(motion).from_the_first()).collect();
+        let nodes = trajectories().map(|motion| Samples::of(motion).since_the_first()).collect();
         Ok(Self { family, times_s, nodes, resistances })
     }
 

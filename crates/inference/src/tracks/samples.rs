@@ -33,7 +33,7 @@ impl Samples {
     }
 
     /// Displacements from the first ones, which are where pictures at rest show the bodies: a chain that is let go was held displaced until then.
-    pub(super) fn from_the_first(mut self) -> Self {
+    pub(super) fn since_the_first(mut self) -> Self {
         for pairs in self.pairs.chunks_exact_mut(self.n_times.max(1)) {
             let first_m = pairs[0][0];
             pairs.iter_mut().for_each(|[x_m, _]| *x_m -= first_m);
