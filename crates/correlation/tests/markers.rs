@@ -302,6 +302,23 @@ fn a_marker_whose_outline_is_unlike_the_others_is_found_where_the_row_goes_on() 
 }
 
 #[test]
+fn a_row_of_which_every_second_marker_has_an_outline_of_its_own_keeps_its_pitch() {
+    let stage = Stage { noise_counts: 6.0, ..Stage::default() };
+    let (mut recording, places) = stage.film();
+    for painted in [1, 3, 5] {
+        let [x_px, _] = places[painted];
+        for row in recording.frames.iter_mut().flat_map(|frame| frame.chunks_exact_mut(stage.size_px[0])) {
+            row[(x_px - 30.0) as usize..(x_px - 7.0) as usize].fill(1500.0);
+        }
+    }
+    let row = propose_markers(&recording, &ReferenceFrames::Mean(0..2)).unwrap();
+    let pitch_px = row.pitch_px.unwrap();
+    // The whole ones alone are a row, too, of twice the pitch.
+    assert!((pitch_px.value - stage.pitch_px).abs() < 4.0 * pitch_px.sigma, "{pitch_px:?}");
+    assert_eq!(row.markers.len(), stage.seen(&places).len());
+}
+
+#[test]
 fn what_has_no_markers_says_why() {
     let why = |recording: &MemoryRecording| match propose_markers(recording, &ReferenceFrames::Mean(0..2)) {
         Err(CorrelationError::NoMarkers { reason, .. }) => reason,

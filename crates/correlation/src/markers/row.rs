@@ -43,7 +43,8 @@ pub(crate) fn best_row(mut patches: Vec<Patch>) -> Option<Row> {
     };
     for (i, one) in patches.iter().enumerate() {
         keep(Row { members: vec![(0, *one)], texture: one.texture });
-        for other in patches.iter().filter(|other| one.is_before(other) && one.is_like(other)) {
+        let next = |other: &&Patch| one.is_before(other) && one.is_like(other) && one.is_clear_of(other);
+        for other in patches.iter().filter(next) {
             keep(Row::through(&patches, i, other));
         }
     }
@@ -54,6 +55,13 @@ impl Patch {
     fn is_like(&self, other: &Self) -> bool {
         let (a, b) = (self.half_px(), other.half_px());
         [0, 1].iter().all(|&axis| a[axis] < LIKE * b[axis] && b[axis] < LIKE * a[axis])
+    }
+
+    /// Whether neither holds the other's middle: outlines that two thresholds draw of one marker do.
+    fn is_clear_of(&self, other: &Self) -> bool {
+        let (here, there) = (self.centre_px(), other.centre_px());
+        let [a, b] = [self.half_px(), other.half_px()];
+        [0, 1].iter().any(|&axis| (here[axis] - there[axis]).abs() > a[axis].max(b[axis]))
     }
 
     fn is_before(&self, other: &Self) -> bool {
