@@ -1,6 +1,7 @@
 //! The displacement field between two images, found from its most reliable points outwards.
 
 mod agreement;
+mod alike;
 mod consensus;
 mod halves;
 mod island;
@@ -21,6 +22,7 @@ use std::num::NonZero;
 use chainwave_measurement::Lost;
 
 use crate::field::agreement::agree_on_shapes;
+use crate::field::alike::widen_alike;
 use crate::field::consensus::Consensus;
 use crate::field::halves::Halves;
 use crate::field::known::{Known, neighbours};
@@ -279,6 +281,7 @@ impl<'a> Growth<'a> {
             consensus.judge(&mut self.settled);
         }
         self.explain_the_rest();
+        widen_alike(&self.pair, &self.places, &mut self.settled);
         let n_threads = NonZero::new(self.workspaces.len()).unwrap_or(NonZero::<usize>::MIN);
         agree_on_shapes(&self.pair, &self.places, self.n_columns, n_threads, &mut self.settled);
         let is_mended = self.mend_parted(n_threads);

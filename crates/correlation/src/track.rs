@@ -1,6 +1,6 @@
 //! Subsets followed through all frames of a recording.
 
-mod alike;
+pub(crate) mod alike;
 mod bending;
 mod cells;
 mod continuity;
