@@ -15,15 +15,13 @@ use std::path::Path;
 
 use chainwave_measurement::{Lost, Position, ReadError, Recording, RecordingInfo, Region, Subset, Track};
 
-use crate::cover::pixels::Pixels;
+use crate::cover::pixels::{LEAST_FRAMES, Pixels};
 use crate::{CorrelationError, ReferenceFrames};
 
 /// What matches leave in the frame where that is most, over what they leave in most others, from which on pixels are asked: twice as much is no noise.
 const SUSPICIOUS_RATIO: f64 = 2.0;
 /// What a match leaves over what one around the cover leaves, at least. Masks that hide what bends most leave up to 2.8 times less.
 const EXPLAINED_RATIO: f64 = 3.0;
-/// Frames that a pixel is seen in at least.
-const LEAST_FRAMES: usize = 4;
 /// Parts of the way that frames are taken from, and frames of each.
 const WAY: [usize; 2] = [24, 2];
 /// Share of a subset's pixels from which on what seems to stand before it is something else, such as a motion that blurs it.

@@ -314,7 +314,8 @@ fn pictures(
 /// What a whole evaluation says, as a run makes it.
 fn evaluated(rehearsal: &Rehearsal, n_threads: NonZero<usize>) -> Result<Precision, Error> {
     let evaluation = evaluate(&rehearsal.setup, &rehearsal.tracked(n_threads)?, n_threads, &Monitor::SILENT)?;
-    let dampings = both(evaluation.track_fit.map(|fit| fit.stated.unwrap_or(fit.by_noise)));
+    let dampings =
+        both(&rehearsal.setup.experiment, evaluation.track_fit.map(|fit| fit.stated.unwrap_or(fit.by_noise)));
     Ok(precision(&evaluation.stitched.motion, &evaluation.measurement, dampings))
 }
 
@@ -332,7 +333,8 @@ fn rehearsed(rehearsal: &Rehearsal, n_threads: NonZero<usize>) -> Result<Precisi
     let model =
         model.map(|model| TrackModel { reading_errors, usual_errors: usual_geometry.errors, ..model });
     let offsets_s: Vec<f64> = stitched.alignments.iter().map(|one| one.trigger_offset_s.value).collect();
-    let dampings = both(model.and_then(|model| stated_damping(&observations, &offsets_s, &model)));
+    let dampings =
+        both(experiment, model.and_then(|model| stated_damping(&observations, &offsets_s, &model)));
     Ok(precision(&stitched.motion, &measurement, dampings))
 }
 

@@ -2,7 +2,6 @@
 
 use chainwave_measurement::{Position, Recording, Region, Subset};
 
-use crate::cover::LEAST_FRAMES;
 use crate::reference::{mean_of_frames, pixel_bounds};
 use crate::search::patch::bilinear;
 use crate::{CorrelationError, ReferenceFrames};
@@ -19,6 +18,9 @@ const AS_STILL: f64 = 3.0;
 const AROUND_PX: i64 = 12;
 /// Pixels that hang together at least: what is smaller, such as a dead pixel, spoils a few readings by little.
 const LEAST_PIXELS: usize = 9;
+
+/// Frames that a pixel is seen in at least.
+pub(super) const LEAST_FRAMES: usize = 4;
 
 /// What was seen of one pixel, and what was foretold.
 #[derive(Debug, Clone, Copy, Default)]

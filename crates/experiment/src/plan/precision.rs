@@ -1,9 +1,10 @@
 //! How well each result of an evaluation is known.
 
 use chainwave_analysis::{HalfWidth, Measurement};
-use chainwave_inference::{Damping, FitError};
+use chainwave_inference::{Damping, FitError, ReleasedFit};
 use chainwave_measurement::{ChainMotion, Estimate};
 
+use crate::configuration::Experiment;
 use crate::evaluation::Evaluation;
 
 /// A result whose uncertainty a plan predicts.
@@ -126,9 +127,15 @@ pub fn outcome(evaluation: &Evaluation) -> Precision {
     precision(&evaluation.stitched.motion, &evaluation.measurement, dampings.map(Clone::clone))
 }
 
-/// The dampings of a fit.
-pub(super) fn both(damping: Result<Damping, FitError>) -> [Result<Estimate, String>; 2] {
+/// The dampings of a fit to the tracks of a chain that is driven so; c_s only of one that is struck.
+pub(super) fn both(
+    experiment: &Experiment,
+    damping: Result<Damping, FitError>,
+) -> [Result<Estimate, String>; 2] {
     match damping {
+        Ok(found) if experiment.is_released() => {
+            [Ok(found.chain_damping_kg_per_s), Err(ReleasedFit::NO_STRIKER_DAMPING.into())]
+        }
         Ok(found) => [Ok(found.chain_damping_kg_per_s), Ok(found.striker_damping_kg_per_s)],
         Err(why) => [Err(why.to_string()), Err(why.to_string())],
     }

@@ -66,7 +66,8 @@ fn a_run_states_what_was_planned_before_and_after_filming() {
     let results = after.run(&MemoryStore::default(), TWO, &Monitor::SILENT).unwrap();
     let evaluation = &results.evaluation;
     let damping = evaluation.track_fit.as_ref().map(|fit| fit.by_noise).unwrap();
-    let stated = precision(&evaluation.stitched.motion, &evaluation.measurement, both(Ok(damping)));
+    let stated =
+        precision(&evaluation.stitched.motion, &evaluation.measurement, both(&after.experiment, Ok(damping)));
     let of_readings: Vec<f64> = results
         .tracked
         .recordings

@@ -7,7 +7,7 @@ use chainwave_inference::{
     reached, scatter_of_bodies,
 };
 use chainwave_measurement::{Estimate, SharedReadingError, TrackDeviation};
-use chainwave_mechanics::{Chain, Drive, FarEnd, FarStriker, Schedule, Striker, simulate};
+use chainwave_mechanics::{Chain, Drive, FarEnd, FarStriker, ImposedMotion, Schedule, Striker, simulate};
 use rand::SeedableRng;
 use rand_distr::{Distribution, Normal};
 use rand_pcg::Pcg64Mcg;
@@ -320,12 +320,17 @@ fn the_fit_is_the_same_on_any_number_of_threads() {
 #[test]
 fn what_cannot_be_fitted_is_refused_with_its_reason() {
     let experiment = experiment(1, 1.0);
-    let free = Chain {
-        drive: Drive::Free { displacement_m: vec![0.0; 12], velocity_m_per_s: vec![0.0; 12] },
-        ..model(Vec::new()).chain
+    let times_s: Vec<f64> = (0..4).map(f64::from).collect();
+    let shaken = Drive::Imposed(ImposedMotion::from_samples(times_s, vec![0.0; 4]).unwrap());
+    let of_drive = |drive: Drive| {
+        let chain = Chain { drive, ..model(Vec::new()).chain };
+        TrackModel { chain, ..model(Vec::new()) }
     };
-    let free = TrackModel { chain: free, ..model(Vec::new()) };
-    assert_eq!(fit_tracks(&experiment.observations, &[], &free, None), Err(FitError::NoStriker));
+    let fit = |drive: Drive| fit_tracks(&experiment.observations, &[], &of_drive(drive), None);
+    assert_eq!(fit(shaken), Err(FitError::NoStriker));
+    // A chain that is let go from rest does not move, whatever is seen.
+    let still = Drive::Free { displacement_m: vec![0.0; 12], velocity_m_per_s: vec![0.0; 12] };
+    assert!(matches!(fit(still), Err(FitError::Undetermined { .. })));
     assert!(matches!(
         fit_tracks(&[], &[], &model(Vec::new()), None),
         Err(FitError::TooFew { what: "positions", .. })
