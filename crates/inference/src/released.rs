@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use chainwave_measurement::{ChainMotion, Estimate, Trajectory};
-use chainwave_mechanics::{Chain, Change, Drive, Schedule, simulate_with_sensitivities};
+use chainwave_mechanics::{Chain, Change, Schedule, simulate_with_sensitivities};
 use nalgebra::DVector;
 
 use crate::damping::mean_damping_kg_per_s;
@@ -21,7 +21,7 @@ use crate::steps::{BESIDE_FACTOR, beside_c_d};
 /// What is assumed of a chain that is let go.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReleasedModel {
-    /// The chain, let go from its state ([`Drive::Free`]); its damping is the starting value.
+    /// The chain, let go from its state ([`Drive::Free`](chainwave_mechanics::Drive::Free)); its damping is the starting value.
     pub chain: Chain,
     /// Relative standard uncertainty of the state, all bodies alike.
     pub state_sigma: f64,
@@ -134,10 +134,7 @@ impl<'a> ReleasedResiduals<'a> {
     /// The chain with trial values in place, let go from the state of one of the drives.
     fn chain(&self, unknowns: &DVector<f64>, deviation: f64) -> Chain {
         let mut chain = self.priors().without_striker(&self.model.chain, unknowns[C_D], unknowns);
-        if let Drive::Free { displacement_m, velocity_m_per_s } = &mut chain.drive {
-            let factor = unknowns[STATE] * (1.0 + deviation);
-            displacement_m.iter_mut().chain(velocity_m_per_s).for_each(|value| *value *= factor);
-        }
+        chain.drive = chain.drive.with_strength(unknowns[STATE] * (1.0 + deviation));
         chain
     }
 

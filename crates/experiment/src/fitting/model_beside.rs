@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 use chainwave_analysis::{DampingShare, Measurement, damping_share, exact_motion};
 use chainwave_inference::{TrackFit, fitted_motion};
 use chainwave_measurement::{ChainMotion, Trajectory};
-use chainwave_mechanics::{Chain, Drive, Schedule, Striker, simulate};
+use chainwave_mechanics::{Chain, Drive, Schedule, simulate};
 
 use crate::chain::measuring::measure_motion;
 use crate::configuration::Experiment;
@@ -59,21 +59,10 @@ pub(crate) fn model_beside(
 
 /// The mean drive that a fit found, with a part of the damping of its striker's contact.
 fn driven(fit: &TrackFit, damping: f64) -> Drive {
-    let strength = fit.striker_velocity_m_per_s.value;
-    match &fit.model.chain.drive {
-        Drive::Striker(striker) => Drive::Striker(Striker {
-            velocity_m_per_s: strength,
-            damping_kg_per_s: damping * fit.damping.striker_damping_kg_per_s.value,
-            ground_damping_kg_per_s: 0.0,
-            ..*striker
-        }),
-        Drive::Free { displacement_m, velocity_m_per_s } => {
-            let of_strength = |state: &[f64]| state.iter().map(|value| strength * value).collect();
-            Drive::Free {
-                displacement_m: of_strength(displacement_m),
-                velocity_m_per_s: of_strength(velocity_m_per_s),
-            }
-        }
-        imposed @ Drive::Imposed(_) => imposed.clone(),
+    let mut drive = fit.model.chain.drive.with_strength(fit.striker_velocity_m_per_s.value);
+    if let Drive::Striker(striker) = &mut drive {
+        striker.damping_kg_per_s = damping * fit.damping.striker_damping_kg_per_s.value;
+        striker.ground_damping_kg_per_s = 0.0;
     }
+    drive
 }

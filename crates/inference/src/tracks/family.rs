@@ -50,7 +50,11 @@ impl Family {
 
     /// The chain, struck at the velocity of a node, or let go from as much of its state.
     pub(super) fn struck(&self, node: usize, Struck { chain, striker }: &Struck) -> Chain {
-        Chain { drive: driven(&chain.drive, striker, self.nodes_m_per_s[node]), ..chain.clone() }
+        let drive = match &chain.drive {
+            let_go @ Drive::Free { .. } => let_go.clone(),
+            Drive::Striker(_) | Drive::Imposed(_) => Drive::Striker(*striker),
+        };
+        Chain { drive: drive.with_strength(self.nodes_m_per_s[node]), ..chain.clone() }
     }
 
     /// Weights of the motion at a striker velocity, and of its derivative by it.
@@ -63,22 +67,6 @@ impl Family {
     pub(super) fn weights_of_derivatives(&self, velocity_m_per_s: f64) -> [f64; N_DERIVATIVE_NODES] {
         let nodes_m_per_s = DERIVATIVE_NODES.map(|node| self.nodes_m_per_s[node]);
         polynomials(nodes_m_per_s, velocity_m_per_s).map(|(value, _)| value)
-    }
-}
-
-/// A drive of some strength: the velocity of a striker, or what the state of a chain that is let go is over the stated one.
-fn driven(drive: &Drive, striker: &Striker, strength: f64) -> Drive {
-    match drive {
-        Drive::Free { displacement_m, velocity_m_per_s } => {
-            let of_strength = |state: &[f64]| state.iter().map(|value| strength * value).collect();
-            Drive::Free {
-                displacement_m: of_strength(displacement_m),
-                velocity_m_per_s: of_strength(velocity_m_per_s),
-            }
-        }
-        Drive::Striker(_) | Drive::Imposed(_) => {
-            Drive::Striker(Striker { velocity_m_per_s: strength, ..*striker })
-        }
     }
 }
 

@@ -50,6 +50,23 @@ pub enum Drive {
     },
 }
 
+impl Drive {
+    /// The same drive, as strong: of a striker its velocity in metres per second, of a chain that is let go its state over this one. A motion that is imposed
+    /// stays as it is.
+    #[must_use]
+    pub fn with_strength(&self, strength: f64) -> Self {
+        let times = |state: &[f64]| state.iter().map(|value| strength * value).collect();
+        match self {
+            Self::Striker(striker) => Self::Striker(Striker { velocity_m_per_s: strength, ..*striker }),
+            Self::Free { displacement_m, velocity_m_per_s } => Self::Free {
+                displacement_m: times(displacement_m),
+                velocity_m_per_s: times(velocity_m_per_s),
+            },
+            Self::Imposed(motion) => Self::Imposed(motion.clone()),
+        }
+    }
+}
+
 /// A body that touches body 1 at t = 0 and pushes only.
 ///
 /// While the overlap Delta with body 1 is not negative, the contact force is max(0, F(Delta) + c_s (v_striker - v_1)),

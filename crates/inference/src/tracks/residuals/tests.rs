@@ -1,8 +1,7 @@
 //! What tracks are compared with: derivatives against simulations, and how much is integrated.
 
 use chainwave_measurement::{SharedReadingError, TrackDeviation};
-use chainwave_mechanics::Drive;
-use chainwave_mechanics::{FarEnd, PowerLaw, simulate};
+use chainwave_mechanics::{Drive, FarEnd, PowerLaw, simulate};
 
 use super::super::response::MotionOfTrack;
 use super::super::windows::Window;
