@@ -107,6 +107,8 @@ type RestReading = (usize, usize, Estimate);
 /// Level of the test: three coordinates are asked of each experiment, and a motion that it lets pass, of a tenth of a reading's sigma, adds
 /// nothing to the motion's.
 const CAMERA_LEVEL: f64 = 1e-3;
+/// Bodies that differ by less than this of the variance that is stated are read in pictures without noise, where that stands.
+const WITHOUT_NOISE: f64 = 0.25;
 
 /// The rule by which the camera counts as moving.
 pub fn camera_motion_rule() -> Rule {
@@ -135,7 +137,8 @@ pub fn camera_motion(observations: &[Observation], rests_until_s: &[f64]) -> Opt
     if n_motion == 0 || n_left == 0 {
         return None;
     }
-    let ratio = (of_motion / n_motion as f64) / (left / n_left as f64).max(f64::MIN_POSITIVE);
+    let left = left / n_left as f64;
+    let ratio = of_motion / n_motion as f64 / if left > WITHOUT_NOISE { left } else { 1.0 };
     let p_value = variance_ratio_beyond(ratio, n_motion as f64, n_left as f64);
     let known: Vec<(f64, Estimate)> = recordings.iter().flat_map(RecordingShift::known).collect();
     let later: Vec<Estimate> = known.iter().filter(|(time_s, _)| *time_s >= 0.0).map(|(_, d)| *d).collect();

@@ -108,7 +108,7 @@ impl Missing {
         match self {
             Self::TooFewSamples => "too few samples",
             Self::NoPulse => "no pulse above the noise",
-            Self::PeakOutsideRecord => "peak outside the record",
+            Self::PeakOutsideRecord => "peak outside the record, or where a body was not seen",
             Self::SeveralHumps => "a flat top of several humps",
             Self::BarrierPassed => "greatest energy is the contact's own barrier, which was passed",
             Self::NotAboveRest => "no greater energy than at rest stands out of the noise",

@@ -321,21 +321,33 @@ pub(crate) fn refine_peak(
     let last_index = series.len() - 1;
     let first = end_of_hump(smoothed, summit, threshold, (0..summit).rev());
     let last = end_of_hump(smoothed, summit, threshold, summit + 1..=last_index);
+    let maximum = |(first, last): (usize, usize)| {
+        let polynomial = LocalPolynomial::fit(series, first, last).ok_or(Missing::TooFewSamples)?;
+        polynomial.maximum().ok_or(Missing::PeakOutsideRecord)
+    };
+    let [even, all] = tops(smoothed, summit, (first, last));
+    // Where ripples ride on a broad pulse, a part of it may be greatest at its end.
+    let (place, value) = maximum(even).or_else(|_| maximum(all))?;
+    Ok(Peak { place, value })
+}
+
+/// The samples that a polynomial is fitted to which gives the highest place of those around a summit: as many as determine it on either side, and
+/// first not much farther on one side than on the other, then all.
+pub(crate) fn tops(
+    smoothed: &[Option<f64>],
+    summit: usize,
+    (first, last): (usize, usize),
+) -> [(usize, usize); 2] {
     let [before, after] = [summit - first, last - summit].map(|reach| reach.max(MIN_HALF_WINDOW));
     // How far a side reaches that the record or a hole cuts off is not known.
     let is_seen = |at: Option<usize>| at.and_then(|at| *smoothed.get(at)?).is_some();
     let sides = [(before, first.checked_sub(1)), (after, Some(last + 1))];
     let shorter = sides.into_iter().filter(|(_, beyond)| is_seen(*beyond)).map(|(reach, _)| reach).min();
     let farthest = shorter.map_or(usize::MAX, |reach| MOST_UNEVEN * reach.max(LEAST_REACH));
-    let maximum = |farthest: usize| {
+    [farthest, usize::MAX].map(|farthest| {
         let [before, after] = [before, after].map(|reach| reach.min(farthest));
-        let (first, last) = (summit.saturating_sub(before), (summit + after).min(last_index));
-        let polynomial = LocalPolynomial::fit(series, first, last).ok_or(Missing::TooFewSamples)?;
-        polynomial.maximum().ok_or(Missing::PeakOutsideRecord)
-    };
-    // Where ripples ride on a broad pulse, a part of it may be greatest at its end.
-    let (place, value) = maximum(farthest).or_else(|_| maximum(usize::MAX))?;
-    Ok(Peak { place, value })
+        (summit.saturating_sub(before), (summit + after).min(smoothed.len() - 1))
+    })
 }
 
 /// The last of the samples on one side of a summit that exceed a threshold and belong to its hump. Another one begins behind a fall and a

@@ -366,18 +366,17 @@ fn assemble(map: StrainMap, plan: &Plan<'_>, values: &PointValues, scatter: &Sca
     };
     let half_widths: Vec<HalfWidth> =
         plan.half_width_times_s.iter().enumerate().filter_map(half_width).collect();
-    let speed = plan.velocity_gaps.clone().and_then(|gaps| {
+    let speed = plan.velocity_gaps.as_ref().map_err(|reason| *reason).and_then(|_| {
         let is_no_line = scatter.estimate(Column::OffLine, 0).is_ok_and(is_no_line);
-        if is_no_line { Err(Missing::NotOneLine) } else { Ok((values.speed?, gaps)) }
+        if is_no_line { Err(Missing::NotOneLine) } else { values.speed }
     });
-    let half_widths = speed
-        .as_ref()
-        .map(|(speed, _)| without_jumps(&half_widths, speed.velocity_m_per_s, map.spacing.mean_m()));
+    let half_widths =
+        speed.as_ref().map(|speed| without_jumps(&half_widths, speed.velocity_m_per_s, map.spacing.mean_m()));
     let fronts = values.pulses.iter().enumerate();
     Measurement {
         fronts: fronts.map(|(row, pulse)| gap_front(row, (*pulse)?, scatter)).collect(),
         half_widths: half_widths.unwrap_or_default(),
-        group_velocity: speed.and_then(|(speed, gaps)| group_velocity(&speed, &gaps, scatter)),
+        group_velocity: speed.and_then(|speed| group_velocity(&speed, scatter)),
         energies: plan.energy_of.map(|_| energies(&plan.settings.front, &values.energies, scatter)),
         front: plan.settings.front,
         spectrum: plan.spectrum.clone(),
@@ -406,11 +405,7 @@ fn gap_front(row: usize, pulse: LeadingPulse, scatter: &Scatter) -> Result<GapFr
     })
 }
 
-fn group_velocity(
-    speed: &SpeedFit,
-    gaps: &RangeInclusive<usize>,
-    scatter: &Scatter,
-) -> Result<GroupVelocity, Missing> {
+fn group_velocity(speed: &SpeedFit, scatter: &Scatter) -> Result<GroupVelocity, Missing> {
     let estimate = |column| scatter.estimate(column, 0);
     let thirds = estimate(Column::FirstThird).ok().zip(estimate(Column::LastThird).ok());
     Ok(GroupVelocity {
@@ -421,7 +416,7 @@ fn group_velocity(
             .estimate_with(Column::MeanParticleVelocity, Column::MeanParticleVelocityBend, 0)
             .ok(),
         residual_m: speed.residual_m,
-        gaps: (*gaps.start(), *gaps.end()),
+        gaps: speed.gaps,
         n_gaps: speed.n_gaps,
     })
 }

@@ -14,7 +14,7 @@ use std::num::NonZero;
 use chainwave_measurement::{ChainMotion, ErrorModes, Estimate, median};
 
 pub use self::hump::Sense;
-use self::hump::{SmoothedRows, humps};
+use self::hump::{Hump, SmoothedRows, humps};
 use self::meeting::{Meeting, begins_at, meetings, phase_shift, reflected_from, rejoin, within_meetings};
 use self::path::{CourseLine, PulsePath, common_speed};
 pub use self::ridge::Direction;
@@ -27,6 +27,10 @@ use crate::{AnalysisError, StrainMap};
 
 /// Passages on each side that a local speed is drawn from.
 const BESIDE: usize = 2;
+
+/// How many times the variance that noise gives to it, the square of what upper tops change is at least, to be told from that: chance makes more of one in
+/// twenty.
+const TOLD_BEND: f64 = 4.0;
 
 /// How pulses are found.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -123,8 +127,7 @@ pub struct Collision {
 pub fn follow_pulses(map: &StrainMap, settings: &PulseSettings) -> Result<Pulses, AnalysisError> {
     settings.check()?;
     let found = PulseStructure::of(map, settings);
-    let values = found.values(&found.courses, &map.spacing);
-    Ok(found.assemble(&values, &[]))
+    Ok(found.assemble(&found.record(map), &[]))
 }
 
 /// Follows the pulses of a motion, with what they scatter over so many of its replicas ([`crate::replicate`]) as uncertainty.
@@ -142,16 +145,15 @@ pub fn measure_pulses(
     check_motion(motion)?;
     let map = strain_map(motion, spacing)?;
     let found = PulseStructure::of(&map, settings);
-    let values = found.values(&found.courses, &map.spacing);
     let sigma = strain_sigma(motion, &map.spacing);
     let bare = ChainMotion { modes: ErrorModes::default(), ..motion.clone() };
     let replicas = if found.courses.is_empty() { Replicas { n: 0, ..replicas } } else { replicas };
     let replicas = over_replicas(motion, replicas, n_threads, |displacement_m| {
         let noisy = ChainMotion { displacement_m, ..bare.clone() };
         let noisy = strain_with_sigma(&noisy, &sigma, &map.spacing);
-        found.values(&found.again(&noisy), &map.spacing)
+        found.record(&noisy)
     });
-    Ok(found.assemble(&values, &replicas))
+    Ok(found.assemble(&found.record(&map), &replicas))
 }
 
 /// What a record holds: the structure, which is found once and kept for replicas.
@@ -161,6 +163,13 @@ struct PulseStructure {
     /// Whether each passage lies within a meeting.
     is_within: Vec<Vec<bool>>,
     reflected_from: Vec<Option<usize>>,
+}
+
+/// What a map of the strain says of the structure.
+struct Record {
+    values: RecordValues,
+    /// The same by tops of humps half as far down.
+    by_upper: RecordValues,
 }
 
 /// Numbers of each pulse, and of each meeting.
@@ -205,14 +214,22 @@ impl PulseStructure {
         Self { is_within: of_all.map(within).collect(), reflected_from, courses, meetings }
     }
 
-    /// The same passages in another map; a hump that is lost there stays as it was, and says nothing.
-    fn again(&self, map: &StrainMap) -> Vec<PulsePath> {
+    /// The same passages in a map; a hump that is lost there stays as it was, and says nothing.
+    fn record(&self, map: &StrainMap) -> Record {
         let mut rows = SmoothedRows::of_map(map);
-        let mut again = |course: &PulsePath| PulsePath {
-            passes: course.passes.iter().map(|pass| pass.again(&mut rows).unwrap_or(pass.lost())).collect(),
-            ..course.clone()
+        let values = |pass_again: &mut dyn FnMut(&Hump) -> Hump| {
+            let again = |course: &PulsePath| PulsePath {
+                passes: course.passes.iter().map(&mut *pass_again).collect(),
+                ..course.clone()
+            };
+            let courses: Vec<PulsePath> = self.courses.iter().map(again).collect();
+            self.values(&courses, &map.spacing)
         };
-        self.courses.iter().map(&mut again).collect()
+        let again = |pass: &Hump, rows: &mut SmoothedRows<'_>| pass.again(rows).unwrap_or(pass.lost());
+        Record {
+            values: values(&mut |pass| again(pass, &mut rows)),
+            by_upper: values(&mut |pass| pass.upper(&mut rows).unwrap_or_else(|| again(pass, &mut rows))),
+        }
     }
 
     fn values(&self, courses: &[PulsePath], spacing: &Spacing) -> RecordValues {
@@ -234,17 +251,16 @@ impl PulseStructure {
         met_s
     }
 
-    fn assemble(&self, values: &RecordValues, replicas: &[RecordValues]) -> Pulses {
+    fn assemble(&self, record: &Record, replicas: &[Record]) -> Pulses {
         let pulse = |(index, course): (usize, &PulsePath)| {
-            let own = &values.pulses[index];
             let estimate = |value: fn(&PulseValues) -> Option<f64>| {
-                estimate(value(own), replicas.iter().map(|replica| value(&replica.pulses[index])))
+                estimate(record, replicas, |values| value(&values.pulses[index]))
             };
             Pulse {
                 direction: course.direction,
                 sense: course.passes[0].sense,
                 passes: (0..course.passes.len())
-                    .map(|place| self.pass(values, replicas, index, place))
+                    .map(|place| self.pass(record, replicas, index, place))
                     .collect(),
                 speed_m_per_s: estimate(|pulse| pulse.speed_m_per_s),
                 strain: estimate(|pulse| pulse.strain),
@@ -258,10 +274,7 @@ impl PulseStructure {
             t_s: meeting.t_s,
             gap: meeting.place,
             is_head_on: meeting.is_head_on,
-            shifts: [0, 1].map(|side| {
-                let of_replicas = replicas.iter().map(|replica| replica.shifts[index][side]);
-                estimate(values.shifts[index][side], of_replicas)
-            }),
+            shifts: [0, 1].map(|side| estimate(record, replicas, |values| values.shifts[index][side])),
         };
         Pulses {
             pulses: self.courses.iter().enumerate().map(pulse).collect(),
@@ -269,38 +282,51 @@ impl PulseStructure {
         }
     }
 
-    fn pass(&self, values: &RecordValues, replicas: &[RecordValues], pulse: usize, place: usize) -> Pass {
-        let own = &values.pulses[pulse].passes[place];
-        let of_replicas = || replicas.iter().map(|replica| &replica.pulses[pulse].passes[place]);
-        let surely = |value: fn(&PassValues) -> f64| {
-            let found = of_replicas().map(|pass| pass.is_found.then(|| value(pass)));
-            // Where most replicas lose the hump, nothing tells how far it may lie off.
-            estimate(Some(value(own)), found).unwrap_or(Estimate::new(value(own), f64::INFINITY))
+    fn pass(&self, record: &Record, replicas: &[Record], pulse: usize, place: usize) -> Pass {
+        let perhaps = |value: &dyn Fn(&PassValues) -> Option<f64>| {
+            estimate(record, replicas, |values| value(&values.pulses[pulse].passes[place]))
         };
-        let perhaps = |value: fn(&PassValues) -> Option<f64>| estimate(value(own), of_replicas().map(value));
+        let surely = |value: fn(&PassValues) -> f64| {
+            // Where most replicas lose the hump, nothing tells how far it may lie off.
+            let unclear = Estimate::new(value(&record.values.pulses[pulse].passes[place]), f64::INFINITY);
+            perhaps(&|pass| pass.is_found.then(|| value(pass))).unwrap_or(unclear)
+        };
         Pass {
             gap: self.courses[pulse].passes[place].gap,
             t_s: surely(|pass| pass.t_s),
             strain: surely(|pass| pass.strain),
-            hwhm_m: perhaps(|pass| pass.hwhm_m),
-            speed_m_per_s: perhaps(|pass| pass.speed_m_per_s),
+            hwhm_m: perhaps(&|pass| pass.hwhm_m),
+            speed_m_per_s: perhaps(&|pass| pass.speed_m_per_s),
             collides: self.is_within[pulse][place],
         }
     }
 }
 
-/// A value with its scatter over replicas; none where most of them lost it.
-fn estimate(value: Option<f64>, replicas: impl Iterator<Item = Option<f64>>) -> Option<Estimate> {
-    let value = value?;
-    let all: Vec<Option<f64>> = replicas.collect();
-    let found: Vec<f64> = all.iter().flatten().copied().collect();
-    if all.is_empty() {
-        return Some(Estimate::new(value, 0.0));
+/// A value with its scatter over replicas, and what upper tops change of it beyond theirs; none where most replicas lost it.
+fn estimate(
+    record: &Record,
+    replicas: &[Record],
+    value: impl Fn(&RecordValues) -> Option<f64>,
+) -> Option<Estimate> {
+    let own = value(&record.values)?;
+    if replicas.is_empty() {
+        return Some(Estimate::new(own, 0.0));
     }
-    let n = found.len() as f64;
-    let mean = found.iter().sum::<f64>() / n;
-    let variance = found.iter().map(|found| (found - mean).powi(2)).sum::<f64>() / (n - 1.0);
-    (2 * found.len() > all.len() && found.len() > 1).then(|| Estimate::new(value, variance.sqrt()))
+    let bend = |record: &Record| Some(value(&record.by_upper)? - value(&record.values)?);
+    let found: Vec<f64> = replicas.iter().filter_map(|replica| value(&replica.values)).collect();
+    let bends: Vec<f64> = replicas.iter().filter_map(bend).collect();
+    let by_chance = variance(&bends);
+    let bent = bend(record).map_or(0.0, |bend| bend.powi(2));
+    let bent = if bent > TOLD_BEND * by_chance { bent - by_chance } else { 0.0 };
+    let is_told = 2 * found.len() > replicas.len() && found.len() > 1;
+    is_told.then(|| Estimate::new(own, (variance(&found) + bent).sqrt()))
+}
+
+/// The variance of values about their mean.
+fn variance(values: &[f64]) -> f64 {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (n - 1.0)
 }
 
 fn pulse_values(course: &PulsePath, is_within: &[bool], met_s: &[f64], spacing: &Spacing) -> PulseValues {

@@ -45,7 +45,7 @@ pub struct GroupVelocity {
     pub particle_velocity_m_per_s: Option<Estimate>,
     /// Root mean square distance of the peaks from the line, in metres.
     pub residual_m: f64,
-    /// First and last gap of the fit.
+    /// First and last gap of the fit, of those that have a peak.
     pub gaps: (usize, usize),
     /// Number of gaps in the fit.
     pub n_gaps: usize,
@@ -84,6 +84,8 @@ pub(crate) struct SpeedFit {
     pub(crate) residual_m: f64,
     /// Distance from the first peak's place to the last one's, in metres.
     pub(crate) run_m: f64,
+    /// First and last gap in the fit, of those that have a peak.
+    pub(crate) gaps: (usize, usize),
     /// Number of gaps in the fit.
     pub(crate) n_gaps: usize,
 }
@@ -114,15 +116,14 @@ pub(crate) fn fit_speed(
     spacing: &Spacing,
     gaps: &RangeInclusive<usize>,
 ) -> Result<SpeedFit, Missing> {
-    let points: Vec<(f64, f64)> = pulses
-        .iter()
-        .flatten()
-        .filter(|pulse| gaps.contains(&pulse.gap))
-        .map(|pulse| (pulse.peak_time_s, spacing.place_m(pulse.gap as f64)))
-        .collect();
-    if points.len() < MIN_GAPS {
+    let used: Vec<&LeadingPulse> =
+        pulses.iter().flatten().filter(|pulse| gaps.contains(&pulse.gap)).collect();
+    let [first, .., last] = used.as_slice() else { return Err(Missing::TooFewGaps) };
+    if used.len() < MIN_GAPS {
         return Err(Missing::TooFewGaps);
     }
+    let point = |pulse: &&LeadingPulse| (pulse.peak_time_s, spacing.place_m(pulse.gap as f64));
+    let points: Vec<(f64, f64)> = used.iter().map(point).collect();
     let line = FittedLine::total(&points).ok_or(Missing::NoProgress)?;
     let squares: f64 = points.iter().map(|&(time, place)| (place - line.at(time)).powi(2)).sum();
     Ok(SpeedFit {
@@ -130,6 +131,7 @@ pub(crate) fn fit_speed(
         thirds_m_per_s: slopes_of_thirds(&points),
         residual_m: (squares / points.len() as f64).sqrt(),
         run_m: points[points.len() - 1].1 - points[0].1,
+        gaps: (first.gap, last.gap),
         n_gaps: points.len(),
     })
 }

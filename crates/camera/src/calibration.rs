@@ -111,11 +111,14 @@ impl Calibration {
         self
     }
 
-    /// Metres along the chain for a pixel along the picture's row, at a point of the picture: above 0 whichever way the chain goes there.
+    /// Metres along the chain for a pixel in its direction, at a point of the picture: above 0 whichever way the chain goes there.
     pub fn m_per_px(&self, at_px: [f64; 2]) -> Estimate {
-        let of_row = |map: &PlaneMap| map.m_per_px(at_px)[0][0].abs();
-        let value = of_row(&self.map);
-        let squares: f64 = self.errors.iter().map(|error| (of_row(&error.map) - value).powi(2)).sum();
+        let along = |map: &PlaneMap| {
+            let [[by_column, by_row], _] = map.m_per_px(at_px);
+            by_column.hypot(by_row)
+        };
+        let value = along(&self.map);
+        let squares: f64 = self.errors.iter().map(|error| (along(&error.map) - value).powi(2)).sum();
         Estimate::new(value, squares.sqrt())
     }
 }

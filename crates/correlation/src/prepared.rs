@@ -170,6 +170,11 @@ impl PreparedSubset {
         shapes.iter().find_map(|shape| of_shape(shape).ok())
     }
 
+    /// Variance that rounding leaves in one image, in counts squared.
+    pub(crate) fn rounding_of_one(&self) -> f64 {
+        0.5 * self.rounding_variance
+    }
+
     /// The subset with those of its pixels alone that are used here and `visible`.
     pub(crate) fn masked(&self, visible: &[bool]) -> Result<Self, Lost> {
         let linearised = self.linearised.masked(visible)?;

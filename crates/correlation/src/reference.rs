@@ -255,6 +255,14 @@ mod tests {
     }
 
     #[test]
+    fn frames_that_are_alike_count_as_one() {
+        let region = Region { x: 0, y: 0, width: 4, height: 3 };
+        let n_averaged = |pixels: Vec<f32>| Reference::new(region, pixels, 40).unwrap().image.n_averaged;
+        assert_eq!(n_averaged((0..12).map(|i| i as f32).collect()), 1, "whole counts");
+        assert_eq!(n_averaged((0..12).map(|i| i as f32 + 0.025 * (i % 2) as f32).collect()), 40);
+    }
+
+    #[test]
     fn a_subset_beyond_the_frame_has_no_region() {
         let subset = |x_px| Subset::new("a", x_px, 50.0, 10, 5);
         assert!(region_of(&subset(10.4), 100, 100).is_some());

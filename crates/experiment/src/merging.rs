@@ -8,6 +8,7 @@ pub(crate) mod joining;
 pub(crate) mod joint;
 pub(crate) mod picture_errors;
 pub(crate) mod picture_geometry;
+mod rounding;
 pub(crate) mod shared_errors;
 pub(crate) mod side_motion;
 pub(crate) mod stabilisation;
@@ -28,6 +29,7 @@ use crate::merging::direction::against_the_chain;
 use crate::merging::inclination::Inclination;
 use crate::merging::joint::Joint;
 use crate::merging::picture_geometry::PictureGeometry;
+use crate::merging::rounding::rounding_errors;
 use crate::merging::shared_errors::SharedErrors;
 use crate::merging::side_motion::SideMotion;
 use crate::merging::usual_geometry::UsualGeometry;
@@ -54,6 +56,17 @@ pub(crate) struct Merged<'a> {
     pub(crate) assumptions: Vec<Assumption>,
 }
 
+/// What is not known of the pictures' geometry and of clocks, and how far references without noise are off.
+fn errors_of_readings(joint: &Joint<'_>) -> Vec<SharedReadingError> {
+    let rest_until_s = joint.setup.experiment.tracking.rest_until_s;
+    [
+        joint.geometry_errors.clone(),
+        joint.clocks.errors(&joint.observations),
+        rounding_errors(&joint.observations, rest_until_s, joint.setup.map.m_per_px().value),
+    ]
+    .concat()
+}
+
 /// Merges recordings. What the camera does of its own is taken out of them first, or else stands among the motion's errors.
 pub(crate) fn merged<'a>(
     setup: &'a Setup,
@@ -67,8 +80,8 @@ pub(crate) fn merged<'a>(
     let rest_until_s = experiment.tracking.rest_until_s;
     let picture_errors = joint.picture_errors();
     let of_views = joint.scale.reading_errors(&joint.observations, rest_until_s);
-    let of_clocks = joint.clocks.errors(&joint.observations);
-    let of_views = [of_views, joint.geometry_errors.clone(), of_clocks.clone()].concat();
+    let of_readings = errors_of_readings(&joint);
+    let of_views = [of_views, of_readings.clone()].concat();
     let with = |reading_errors| Settings { reading_errors, ..settings.clone() };
     if !of_views.is_empty() {
         joint.stitched = merge(&joint.observations, &with(of_views.clone()))?;
@@ -125,8 +138,7 @@ pub(crate) fn merged<'a>(
         shared,
         side_motion,
         shortening: inclination.as_ref().map_or(0.0, Inclination::of_scale),
-        reading_errors: [apart.errors, of_each_view, joint.geometry_errors.clone(), of_clocks, of_directions]
-            .concat(),
+        reading_errors: [apart.errors, of_each_view, of_readings, of_directions].concat(),
         assumptions: settings.assumptions().into_iter().chain(usual_geometry.assumption()).collect(),
         usual_geometry,
         joint,

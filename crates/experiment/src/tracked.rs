@@ -137,6 +137,7 @@ impl TrackedRecording {
     fn put_right(&self, mut observation: Observation) -> Observation {
         observation.bodies.retain(|track| !self.without_rest.contains(&track.body));
         observation.end_with_span();
+        repeated_frames::count_once(&mut observation);
         repeated_frames::leave_out(&mut observation, &self.repeated_frames);
         put_right(&mut observation, &self.frame_steps);
         at_middle_of_exposure(&mut observation, self.exposure_s);

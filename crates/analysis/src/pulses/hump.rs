@@ -1,7 +1,7 @@
 //! Humps of one gap's strain over time, of either sign, that stand out of the noise.
 
 use crate::StrainMap;
-use crate::front::{time_at, typical_sigma};
+use crate::front::{time_at, tops, typical_sigma};
 use crate::local::{LocalPolynomial, MIN_HALF_WINDOW, level, smooth, smoothing_gain};
 use crate::probability::normal_beyond;
 
@@ -60,8 +60,10 @@ pub(crate) struct Hump {
     pub(crate) span_s: f64,
     /// Samples on each side over which the gap is smoothed.
     half_window: usize,
-    /// First and last sample of the polynomial that gives the top.
+    /// First and last sample of the polynomial that gives the top...
     top: (usize, usize),
+    /// ...and of one over half as far down.
+    upper_top: (usize, usize),
     /// Whether the map has it; else it is as another map had it.
     pub(crate) is_found: bool,
 }
@@ -102,7 +104,7 @@ fn humps_of_gap(map: &StrainMap, gap: usize, deviations: f64) -> Vec<(Hump, f64)
     for sense in Sense::BOTH {
         let series = oriented(map, gap, sense);
         let smoothed = smooth(&series, half_window);
-        let mut tops = tops(&smoothed, half_window, noise);
+        let mut tops = maxima(&smoothed, half_window, noise);
         tops.retain(|top| top.prominence > noise * std::f64::consts::SQRT_2);
         tops.sort_by(|one, other| other.prominence.total_cmp(&one.prominence));
         tops.truncate(MOST);
@@ -129,7 +131,7 @@ fn window(map: &StrainMap, gap: usize) -> usize {
     for _ in 0..N_WINDOWS {
         let of_sense = |series: &Vec<Option<f64>>| {
             let smoothed = smooth(series, half_window);
-            let highest = tops(&smoothed, half_window, 0.0)
+            let highest = maxima(&smoothed, half_window, 0.0)
                 .into_iter()
                 .max_by(|one, other| one.prominence.total_cmp(&other.prominence))?;
             let (first, last) = highest.above(&smoothed, 0.5);
@@ -162,7 +164,7 @@ impl Top {
 }
 
 /// Maxima above a height, away from the ends by a window, where the smoothing knows both sides.
-fn tops(smoothed: &[Option<f64>], half_window: usize, least: f64) -> Vec<Top> {
+fn maxima(smoothed: &[Option<f64>], half_window: usize, least: f64) -> Vec<Top> {
     let inner = half_window.max(1)..smoothed.len().saturating_sub(half_window.max(1));
     let is_top = |at: &usize| {
         let here = level(smoothed, *at);
@@ -223,13 +225,14 @@ impl Hump {
         half_window: usize,
         top: &Top,
     ) -> Option<Self> {
+        let samples_above = |share: f64| tops(smoothed, top.at, top.above(smoothed, share));
         let of_share = |share: f64| {
-            let (first, last) = top.above(smoothed, share);
-            let first = first.min(top.at.saturating_sub(MIN_HALF_WINDOW));
-            let last = last.max(top.at + MIN_HALF_WINDOW).min(series.len() - 1);
-            Some(((first, last), LocalPolynomial::fit(series, first, last)?.maximum()?))
+            let maximum =
+                |(first, last): (usize, usize)| LocalPolynomial::fit(series, first, last)?.maximum();
+            let mut parts = samples_above(share).into_iter();
+            parts.find_map(|samples| Some((share, samples, maximum(samples)?)))
         };
-        let (samples, (place, size)) = TOPS.into_iter().find_map(of_share)?;
+        let (share, samples, (place, size)) = TOPS.into_iter().find_map(of_share)?;
         let (from, to) = top.above(smoothed, 0.5);
         let hump = Self {
             gap,
@@ -240,6 +243,7 @@ impl Hump {
             span_s: (to - from + 1) as f64 * map.interval_s(),
             half_window,
             top: samples,
+            upper_top: samples_above(0.5 * share)[0],
             is_found: true,
         };
         (size > 0.0).then(|| Self { half_width_s: hump.half_width_s(map, smoothed, top.between), ..hump })
@@ -247,9 +251,17 @@ impl Hump {
 
     /// The same hump in another map of the same chain, such as a replica of the motion.
     pub(crate) fn again(&self, rows: &mut SmoothedRows<'_>) -> Option<Self> {
+        self.by(self.top, rows)
+    }
+
+    /// The same by a polynomial over half as far down from its top.
+    pub(crate) fn upper(&self, rows: &mut SmoothedRows<'_>) -> Option<Self> {
+        self.by(self.upper_top, rows)
+    }
+
+    fn by(&self, (first, last): (usize, usize), rows: &mut SmoothedRows<'_>) -> Option<Self> {
         let map = rows.map;
         let (series, smoothed) = rows.of(self);
-        let (first, last) = self.top;
         let (place, size) = LocalPolynomial::fit(series, first, last)?.maximum()?;
         let at = (place.round() as usize).min(series.len() - 1);
         let found = Self { t_s: time_at(map, place), size, ..*self };

@@ -108,7 +108,7 @@ mod tests {
         // Numbers 0, 1, 2, 4, 5, 6, 7 have 41.7143 about their mean; 0.1 % of pitch dominates.
         let expected = (1e-3_f64).hypot(0.1 / 41.714_285_7_f64.sqrt() / 150.3);
         let scale = calibration.m_per_px([600.0, 300.0]);
-        assert!((scale.value / (0.03 / 150.3 * 0.02_f64.cos()) - 1.0).abs() < 1e-12);
+        assert!((scale.value / (0.03 / 150.3) - 1.0).abs() < 1e-12);
         assert!((scale.sigma / scale.value / expected - 1.0).abs() < 1e-8, "{scale:?}");
         let (x_px, y_px) = (Estimate::new(marks[6].x_px, 0.01), Estimate::new(marks[6].y_px, 0.01));
         assert!((calibration.map.position_of(x_px, y_px).sigma - 0.01 * 0.03 / 150.3).abs() < 1e-12);

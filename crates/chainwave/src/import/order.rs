@@ -9,6 +9,9 @@ const MOVED_SIGMAS: f64 = 20.0;
 /// Neighbours whose order is told, at least, and the share of them that the wave passes in one order.
 const LEAST_PAIRS: usize = 3;
 const MOST: f64 = 0.75;
+/// Share of the farthest way of a body from which on the wave has reached it. At half of it the last body of a free end, which goes as far again, would
+/// come before its neighbour.
+const ARRIVED_SHARE: f64 = 0.1;
 /// Samples by which a body moves before the one that the wave passes first.
 const LEAST_SAMPLES: f64 = 2.0;
 
@@ -42,7 +45,7 @@ pub(super) fn remarks(observations: &[Observation], rest_until_s: f64) -> Vec<St
     }
 }
 
-/// By how many samples a body arrives later than the one before it, in the middle one of the recordings that show both: when it has moved half as far as
+/// By how many samples a body arrives later than the one before it, in the middle one of the recordings that show both: when it has moved a part of how far
 /// it does at most.
 fn later_samples(observations: &[Observation], rest_until_s: f64) -> BTreeMap<usize, f64> {
     let mut of_bodies: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
@@ -63,7 +66,7 @@ fn arrival_sample(observation: &Observation, track: &BodyTrack, rest_until_s: f6
     let rest_m = observation.mean_before_m(track, rest_until_s)?;
     let moved = || track.position_m.iter().map(|x| x.as_ref().map(|x| ((x.value - rest_m).abs(), x.sigma)));
     let (most_m, sigma_m) = moved().flatten().max_by(|one, other| one.0.total_cmp(&other.0))?;
-    let is_there = |x: Option<(f64, f64)>| x.is_some_and(|(moved_m, _)| moved_m >= 0.5 * most_m);
+    let is_there = |x: Option<(f64, f64)>| x.is_some_and(|(moved_m, _)| moved_m >= ARRIVED_SHARE * most_m);
     (most_m > MOVED_SIGMAS * sigma_m).then(|| moved().position(is_there)).flatten()
 }
 

@@ -9,7 +9,7 @@ pub(crate) struct ReferenceImage {
     pub(crate) region: Region,
     /// Counts, row by row from the top.
     pub(crate) pixels: Vec<f32>,
-    /// Frames behind the mean.
+    /// Frames behind the mean that tell anything of their own: frames that are alike tell as much as one.
     pub(crate) n_averaged: usize,
     /// Whether each pixel saturates or is no number.
     pub(crate) invalid: Vec<bool>,
@@ -30,8 +30,12 @@ impl ReferenceImage {
         let sum: f64 = pixels.iter().filter(|pixel| pixel.is_finite()).map(|&pixel| f64::from(pixel)).sum();
         let level = sum / n_valid as f64;
         pixels.iter_mut().filter(|pixel| !pixel.is_finite()).for_each(|pixel| *pixel = level as f32);
-        let quantum = if pixels.iter().any(|&pixel| pixel > 1.0) { 1.0 } else { SCALED_QUANTUM };
-        Self { region, pixels, n_averaged: n_averaged.max(1), invalid, level, quantum }
+        let is_in_counts = pixels.iter().any(|&pixel| pixel > 1.0);
+        let quantum = if is_in_counts { 1.0 } else { SCALED_QUANTUM };
+        // A mean of frames that differ has fractions of a count somewhere.
+        let is_one_frame = is_in_counts && pixels.iter().all(|pixel| pixel.fract() == 0.0);
+        let n_averaged = if is_one_frame { 1 } else { n_averaged.max(1) };
+        Self { region, pixels, n_averaged, invalid, level, quantum }
     }
 
     /// Copies the pixels of the row `y` from the column `x` on, mirrored beyond the edges, less a level.

@@ -72,6 +72,11 @@ impl AtRest {
 }
 
 impl AtRest {
+    /// How many of its bodies it shows.
+    pub(crate) fn n_bodies(&self) -> usize {
+        self.bodies.len()
+    }
+
     /// Whether two neighbours look the same, so that one may be taken for the other.
     pub(crate) fn has_twins(&self, method: Method) -> bool {
         let frames = || [self.frames.range(), self.frames.range()];

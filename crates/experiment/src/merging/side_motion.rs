@@ -56,9 +56,8 @@ impl SideMotion {
             motion.add_errors(modes);
             stabilisation.add_to(&mut motion, &observations);
             stabilisation.scale.add_all_to(&mut motion, &observations);
-            let text = "the camera moves in it as well: its motion was taken out where two bodies at rest tell it, and stands in the \
-                        uncertainties elsewhere";
-            let said = stabilisation.motion().is_some().then(|| text.to_owned());
+            let unit = if coordinate == Coordinate::Turn { ("mrad", 1e3) } else { ("um", 1e6) };
+            let said = stabilisation.warning_beside(unit);
             Ok((Some(motion), Finding::all_of("camera_moves", subject, said)))
         };
         let (across, rotation) = both_in_parallel(

@@ -18,6 +18,8 @@ pub(crate) struct Stabilisation {
     pub(crate) rests_until_s: Vec<f64>,
     /// Share of the time to the wave's arrival by the stated chain in which bodies certainly rest.
     certain_share: f64,
+    /// Whether what is found may be the bodies' own: across the chain they may ring ahead of the wave, as rods do, where along it the camera rests.
+    may_be_bodies: bool,
 }
 
 /// Share of the time to the wave's arrival by the stated chain in which a body rests: a sound speed that is a tenth off changes nothing.
@@ -40,7 +42,8 @@ impl Stabilisation {
         let observations = &scale.levelled(observations.to_vec());
         let sigmas = observations.iter().flat_map(|one| &one.bodies).flat_map(|track| &track.position_m);
         let Some(sigma_m) = median(sigmas.flatten().map(|place| place.sigma).collect()) else {
-            return Self { scale, found: None, rests_until_s: Vec::new(), certain_share: CERTAIN_SHARE };
+            let (found, rests_until_s, certain_share) = (None, Vec::new(), CERTAIN_SHARE);
+            return Self { scale, found, rests_until_s, certain_share, may_be_bodies: false };
         };
         // The chain is at rest before `tracking.rest_until_s`, so the wave comes later than that by so much.
         let arrivals_s = stated.arrivals_s(ARRIVED_SIGMA * sigma_m);
@@ -56,7 +59,8 @@ impl Stabilisation {
         let shares = std::iter::once(CERTAIN_SHARE).chain(SMALLER_SHARES);
         let certain_share = shares.into_iter().find(|share| !moves(*share)).unwrap_or(CERTAIN_SHARE);
         let rests_until_s = rests_until_s(certain_share);
-        Self { found: camera_motion(observations, &rests_until_s), scale, rests_until_s, certain_share }
+        let found = camera_motion(observations, &rests_until_s);
+        Self { found, scale, rests_until_s, certain_share, may_be_bodies: false }
     }
 
     /// The same in another coordinate of the same bodies, which rest as long: across the chain by the same scale, and turned by none.
@@ -66,12 +70,23 @@ impl Stabilisation {
             Coordinate::Turn => ScaleCheck::default(),
         };
         let found = camera_motion(&scale.levelled(observations.to_vec()), &self.rests_until_s);
-        Self { scale, found, rests_until_s: self.rests_until_s.clone(), certain_share: self.certain_share }
+        let (rests_until_s, certain_share) = (self.rests_until_s.clone(), self.certain_share);
+        Self { found, scale, rests_until_s, certain_share, may_be_bodies: self.motion().is_none() }
+    }
+
+    /// What bodies that the wave has not reached do together, where it is more than chance.
+    fn told(&self) -> Option<&CameraMotion> {
+        self.found.as_ref().filter(|found| camera_motion_rule().rejects(found.departure.p_value))
     }
 
     /// The motion, where the camera is told to move.
     pub(crate) fn motion(&self) -> Option<&CameraMotion> {
-        self.found.as_ref().filter(|found| camera_motion_rule().rejects(found.departure.p_value))
+        self.told().filter(|_| !self.may_be_bodies)
+    }
+
+    /// What is told, and may be the bodies' own.
+    fn disputed(&self) -> Option<&CameraMotion> {
+        self.told().filter(|_| self.may_be_bodies)
     }
 
     /// Positions by one scale and without the camera's motion; as they are where nothing was found.
@@ -83,8 +98,18 @@ impl Stabilisation {
         }
     }
 
-    /// Adds to a motion the error that all trials share: where no recording that saw a body knew the camera's motion.
+    /// Adds to a motion the error that all trials share: where no recording that saw a body knew the camera's motion. One that may be the bodies' own
+    /// was left in all of it, and is its error where it is the camera's.
     pub(crate) fn add_to(&self, motion: &mut ChainMotion, observations: &[Observation]) {
+        if let Some(disputed) = self.disputed() {
+            let sizes_m: Vec<f64> = motion
+                .times_s
+                .iter()
+                .map(|time_s| disputed.departure.size.value * disputed.growth(*time_s))
+                .collect();
+            let displacement_m = Array2::from_shape_fn(motion.displacement_m.dim(), |(_, i)| sizes_m[i]);
+            motion.add_error(ErrorSource::CameraMotion, &displacement_m);
+        }
         let Some(camera) = self.motion().filter(|camera| camera.shared_m > 0.0) else { return };
         let error_m = |(row, i): (usize, usize)| {
             let sees = |one: &&Observation| one.bodies.iter().any(|track| track.body == row + 1);
@@ -118,6 +143,23 @@ impl Stabilisation {
             }
         }
         observations
+    }
+
+    /// What the reader should know of a coordinate beside that along the chain, in which the motion's size has a unit and is so many of it in one.
+    pub(crate) fn warning_beside(&self, (unit, in_one): (&str, f64)) -> Option<String> {
+        let taken_out = self.motion().map(|_| {
+            "the camera moves in it as well: its motion was taken out where two bodies at rest tell it, and stands in the \
+             uncertainties elsewhere"
+                .to_owned()
+        });
+        let left_in = self.disputed().map(|disputed| {
+            format!(
+                "bodies that the wave has not reached move together in it by {:.2} {unit} (rms), and not along the chain: the bodies \
+                 themselves, as what carries them rings, or the camera. It was left in, and stands in the uncertainties",
+                in_one * disputed.departure.size.value
+            )
+        });
+        taken_out.or(left_in)
     }
 
     /// What the reader should know of bodies that move before the wave of the stated chain comes.

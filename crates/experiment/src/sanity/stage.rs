@@ -95,7 +95,7 @@ fn is_within([x_px, y_px]: [f64; 2], info: &RecordingInfo) -> bool {
 
 /// Views that should show a body of another view, and show another one there. Where another meaning of the stage's position finds the
 /// same body, the view is left out: its bodies would be taken for others. So are views that should share none, and do by another meaning, but
-/// where bodies look alike.
+/// where bodies look alike. Whether they do, views of one body do not show: one of them is doubted, several tell that markers are alike.
 ///
 /// # Errors
 /// [`Error::Configuration`] where all positions together mean something else: no view's bodies are then known.
@@ -112,18 +112,22 @@ pub(super) fn other_bodies(setup: &Setup, views: &[ViewAtRest], sanity: &mut San
         });
     }
     let mut believed: Vec<Believed> = Vec::new();
+    let mut of_one_body: Vec<Finding> = Vec::new();
     for view in order {
+        let finding = |text| Finding { code: "other_bodies", subject: view.name(), text };
         match judged(setup, &believed, view) {
             Judged::Sound => {}
-            Judged::Doubted(text) => {
-                sanity.findings.push(Finding { code: "other_bodies", subject: view.name(), text });
-            }
+            Judged::Doubted(text) => sanity.findings.push(finding(text)),
+            Judged::OfOneBody(text) => of_one_body.push(finding(text)),
             Judged::LeftOut(why) => {
                 sanity.leave_out(&view.trials, &format!("{}: {why}", view.name()));
                 continue;
             }
         }
         believed.push(Believed { view, resting: Resting::of(setup, &view.trial) });
+    }
+    if let [alone] = of_one_body.as_slice() {
+        sanity.findings.push(alone.clone());
     }
     Ok(())
 }
@@ -194,6 +198,8 @@ struct Believed<'a> {
 enum Judged {
     Sound,
     Doubted(String),
+    /// Its only body looks like one of another view, which it is, or as its marker is the same.
+    OfOneBody(String),
     LeftOut(String),
 }
 
@@ -217,9 +223,10 @@ fn judged(setup: &Setup, believed: &[Believed<'_>], view: &ViewAtRest) -> Judged
             );
             let shown = Resting::of(setup, &view.trial).shown;
             // Of bodies that look alike, one may be taken for another anywhere.
-            match shown.is_some_and(|shown| shown.has_twins(setup.method())) {
-                true => Judged::Doubted(what),
-                false => Judged::LeftOut(what),
+            match shown {
+                Some(shown) if shown.n_bodies() == 1 => Judged::OfOneBody(what),
+                Some(shown) if shown.has_twins(setup.method()) => Judged::Doubted(what),
+                _ => Judged::LeftOut(what),
             }
         }
     }

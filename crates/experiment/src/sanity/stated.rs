@@ -32,13 +32,17 @@ pub(super) fn scale(setup: &Setup, views: &[ViewAtRest]) -> Result<Option<Findin
     let px_per_m = setup.map.m_per_px().value.recip();
     let pitch_px = chain.mean_pitch_m() * px_per_m;
     let subset_px = (2 * tracking.half_width_px + 1) as f64;
-    let width_px = views.iter().map(|view| view.recording.info().width_px).max().unwrap_or(0) as f64;
+    let lengths_px = views.iter().map(|view| {
+        let info = view.recording.info();
+        setup.map.length_px(info.width_px, info.height_px)
+    });
+    let length_px = lengths_px.fold(0.0, f64::max);
     let key = scale_key(setup);
     let stated = format!(
         "neighbours should lie {pitch_px:.4} px apart (chain.pitch_m = {}, {px_per_m} px/m)",
         chain.mean_pitch_m()
     );
-    let fits = |factor: f64| (subset_px..=width_px).contains(&(factor * pitch_px));
+    let fits = |factor: f64| (subset_px..=length_px).contains(&(factor * pitch_px));
     let of_scale = [(1e3, "px/mm"), (1e2, "px/cm"), (1e6, "px/um")].into_iter().map(|(factor, unit)| {
         (
             factor,
@@ -72,10 +76,10 @@ pub(super) fn scale(setup: &Setup, views: &[ViewAtRest]) -> Result<Option<Findin
             format!("{stated}, and subsets of {subset_px} px overlap: each sees its neighbours move{unit}"),
         );
     }
-    if pitch_px > width_px {
+    if pitch_px > length_px {
         return found(
             "scale",
-            format!("{stated}, in a picture of {width_px} px that then shows one body at most{unit}"),
+            format!("{stated}, in a picture of {length_px:.0} px that then shows one body at most{unit}"),
         );
     }
     Ok(None)

@@ -48,6 +48,9 @@ const GAIN_AT_HALF: f64 = 1_048_576.0 / SQUARES;
 const ALIKE: f64 = 137_846_528_820.0 / (SQUARES * SQUARES);
 /// Relative variance of a variance told by a median, over that told by a mean, which single torn frames would move.
 const EFFICIENCY: f64 = 0.37;
+/// Readings at rest whose variance is less than this of what is stated are of pictures without noise: the sigmas of pictures with noise are right to some
+/// per cent.
+const OF_PICTURES: f64 = 0.25;
 /// Frames in one cell of time.
 const CELL: f64 = 16.0;
 /// A variance that grows by less than this is no such motion that matters: what a moving picture adds to the noise (its pattern, its bias of
@@ -81,8 +84,8 @@ impl UnresolvedMotion {
                 moving.entry(track.body).or_default().extend(moves);
             }
         }
-        // Without frames at rest the stated noise stands.
-        let noise = variance(at_rest.iter().copied()).unwrap_or(1.0);
+        // Without frames at rest the stated noise stands, as where rounding hides it while nothing moves.
+        let noise = variance(at_rest.iter().copied()).filter(|noise| *noise > OF_PICTURES).unwrap_or(1.0);
         let degrees_of_freedom = |n: usize| EFFICIENCY * n as f64 / ALIKE;
         let of_body = |(body, all): (usize, Vec<Difference>)| {
             let ratio = variance(all.iter().map(|one| one.value))? / noise;
