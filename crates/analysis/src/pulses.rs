@@ -302,24 +302,32 @@ impl PulseStructure {
     }
 }
 
-/// A value with its scatter over replicas, and what upper tops change of it beyond theirs; none where most replicas lost it.
+/// A value with its scatter over replicas; none where most replicas lost it. Where upper tops change it by more than noise does, it is theirs, and may
+/// change by half as much again.
 fn estimate(
     record: &Record,
     replicas: &[Record],
     value: impl Fn(&RecordValues) -> Option<f64>,
 ) -> Option<Estimate> {
-    let own = value(&record.values)?;
+    let by_all = |record: &Record| value(&record.values);
+    let by_upper = |record: &Record| value(&record.by_upper);
+    let own = by_all(record)?;
     if replicas.is_empty() {
         return Some(Estimate::new(own, 0.0));
     }
-    let bend = |record: &Record| Some(value(&record.by_upper)? - value(&record.values)?);
-    let found: Vec<f64> = replicas.iter().filter_map(|replica| value(&replica.values)).collect();
-    let bends: Vec<f64> = replicas.iter().filter_map(bend).collect();
-    let by_chance = variance(&bends);
-    let bent = bend(record).map_or(0.0, |bend| bend.powi(2));
-    let bent = if bent > TOLD_BEND * by_chance { bent - by_chance } else { 0.0 };
+    let bend = |record: &Record| Some(by_upper(record)? - by_all(record)?);
+    let bent = bend(record).filter(|bent| bent.powi(2) > TOLD_BEND * variance(&over(replicas, bend)));
+    let (own, found) = match bent {
+        Some(bent) => (own + bent, over(replicas, by_upper)),
+        None => (own, over(replicas, by_all)),
+    };
     let is_told = 2 * found.len() > replicas.len() && found.len() > 1;
-    is_told.then(|| Estimate::new(own, (variance(&found) + bent).sqrt()))
+    is_told.then(|| Estimate::new(own, variance(&found).sqrt().hypot(0.5 * bent.unwrap_or(0.0))))
+}
+
+/// What those replicas say that say it.
+fn over(replicas: &[Record], value: impl Fn(&Record) -> Option<f64>) -> Vec<f64> {
+    replicas.iter().filter_map(value).collect()
 }
 
 /// The variance of values about their mean.

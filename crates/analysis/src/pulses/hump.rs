@@ -8,6 +8,11 @@ use crate::probability::normal_beyond;
 /// Shares of a hump's prominence below its top down to which the polynomial that gives the top is fitted: the next where noise bends the
 /// first so that it is highest at its end.
 const TOPS: [f64; 2] = [0.3, 0.5];
+/// The first of them for humps that noise hardly bends: what a polynomial over three tenths of an uneven top leaves, some ten thousandths of its height, is a
+/// quarter over two tenths, whose place noise moves by half as much again.
+const CALM_TOPS: [f64; 2] = [0.2, 0.3];
+/// Deviations of a sample that such a hump is high.
+const CALM: f64 = 1000.0;
 /// A pulse's samples above half its height over the smoothing window on each side: half the rise from 25 to 75 % of a sech^2.
 const HALF_HEIGHT_OVER_WINDOW: usize = 5;
 /// Times the window is fitted to the greatest hump, which it makes smoother.
@@ -232,7 +237,9 @@ impl Hump {
             let mut parts = samples_above(share).into_iter();
             parts.find_map(|samples| Some((share, samples, maximum(samples)?)))
         };
-        let (share, samples, (place, size)) = TOPS.into_iter().find_map(of_share)?;
+        let is_calm = top.prominence > CALM * typical_sigma(map, gap);
+        let shares = if is_calm { CALM_TOPS } else { TOPS };
+        let (share, samples, (place, size)) = shares.into_iter().find_map(of_share)?;
         let (from, to) = top.above(smoothed, 0.5);
         let hump = Self {
             gap,

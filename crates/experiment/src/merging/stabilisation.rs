@@ -194,3 +194,69 @@ impl Stabilisation {
         ))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use chainwave_measurement::{BodyTrack, ErrorModes};
+
+    use super::*;
+
+    /// Two bodies that rest for 20 frames and then swing together by 10 um, as three trials read them to 1 um.
+    fn swinging() -> Vec<Observation> {
+        let times_s: Vec<f64> = (-20..200).map(|frame| f64::from(frame) * 4e-5).collect();
+        let of_trial = |trial: u32| {
+            let track = |body: usize| {
+                let noise_m = |k: usize| 1e-6 * (2.4 * (k + 31 * body) as f64 + f64::from(trial)).sin();
+                let swing_m = |time_s: f64| 1e-5 * (2000.0 * time_s.max(0.0)).sin();
+                let place =
+                    |(k, time_s): (usize, &f64)| Some(Estimate::new(swing_m(*time_s) + noise_m(k), 1e-6));
+                BodyTrack { body, position_m: times_s.iter().enumerate().map(place).collect() }
+            };
+            let (times_s, bodies) = (times_s.clone(), vec![track(1), track(2)]);
+            Observation { recording: trial.to_string(), view: 1, trial, times_s, bodies }
+        };
+        (1..4).map(of_trial).collect()
+    }
+
+    fn along(found: Option<CameraMotion>) -> Stabilisation {
+        let rests_until_s = vec![1.0, 1.0];
+        Stabilisation {
+            scale: ScaleCheck::default(),
+            found,
+            rests_until_s,
+            certain_share: CERTAIN_SHARE,
+            may_be_bodies: false,
+        }
+    }
+
+    #[test]
+    fn what_bodies_do_across_a_chain_along_which_the_camera_rests_is_left_in() {
+        let seen = swinging();
+        let beside = along(None).in_coordinate(Coordinate::Across, &seen);
+        assert_eq!(beside.steadied(seen.clone()), seen);
+        let said = beside.warning_beside(("um", 1e6)).unwrap();
+        assert!(said.contains("um (rms), and not along the chain") && said.contains("left in"), "{said}");
+        let mut motion = ChainMotion {
+            times_s: vec![1e-3],
+            displacement_m: Array2::from_elem((2, 1), Some(Estimate::new(0.0, 1e-7))),
+            independent_sigma_m: Array2::from_elem((2, 1), 1e-7),
+            modes: ErrorModes::default(),
+            n_trials: Array2::ones((2, 1)),
+        };
+        beside.add_to(&mut motion, &seen);
+        // Ten um of a sine have 7 um (rms), over the frames behind the trigger in which it swings.
+        let sigma_m = motion.displacement_m[(0, 0)].unwrap().sigma;
+        assert!((3e-6..3e-5).contains(&sigma_m), "{sigma_m}");
+    }
+
+    #[test]
+    fn where_the_camera_moves_along_the_chain_it_is_the_camera_across_it_too() {
+        let seen = swinging();
+        let moving = along(camera_motion(&seen, &[1.0, 1.0]));
+        assert!(moving.motion().is_some());
+        let beside = moving.in_coordinate(Coordinate::Across, &seen);
+        let said = beside.warning_beside(("um", 1e6)).unwrap();
+        assert!(said.contains("taken out"), "{said}");
+        assert_ne!(beside.steadied(seen.clone()), seen);
+    }
+}
