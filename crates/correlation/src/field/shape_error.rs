@@ -18,10 +18,13 @@
 //! 6. Where something runs through a subset nearby, what the polynomial makes of the point's own must stand in its residuals too
 //!    ([`borne_out`]). Where they refute it, its neighbours are no guides: nothing is taken off, and what is stated is what other points nearby tell.
 //!
+//! 7. What residuals show to be left at the centre of a subset all the same, in bands narrower than it, is stated ([`centre`]).
+//!
 //! So sigma holds the errors on both sides: b is no noise, and a sigma that grew by it instead would be too wide where b is known.
 
 pub(super) mod bend;
 mod borne_out;
+mod centre;
 pub(super) mod grid;
 mod local_fit;
 pub(super) mod seen;
@@ -30,15 +33,16 @@ use std::num::NonZero;
 
 use chainwave_measurement::{Estimate, map_in_parallel};
 
-use crate::Shape;
 use crate::field::pair::{ImagePair, Settled};
 use crate::field::shape_error::bend::where_it_bends;
 use crate::field::shape_error::borne_out::is_refuted;
+use crate::field::shape_error::centre::{at_centre, left_px};
 use crate::field::shape_error::grid::{Grid, Reading};
 use crate::field::shape_error::local_fit::{LEAST_FOR_FOURTH, LocalError, Neighbour, local_error};
 use crate::field::shape_error::seen::Residuals;
 use crate::icgn::outcome::Match;
 use crate::prepared::response::Response;
+use crate::{Shape, Workspace};
 
 /// What is left beyond the fourth order, over the square of what this adds to the second and over what the second order makes of
 /// an affine subset. By the responses of subsets of random speckles, 4.5 and 6 px wide in 33 px, to waves of one and a half to four
@@ -77,6 +81,7 @@ impl ShapeError<'_> {
         let bent: Vec<usize> =
             (0..bends.len()).filter(|&point| bends[point] && readings[point].is_some()).collect();
         if bent.is_empty() {
+            self.state_what_is_left(settled, &readings, &bends, (grid, apart));
             return false;
         }
         let around = |point: &usize| {
@@ -102,7 +107,7 @@ impl ShapeError<'_> {
                 [0, 1].map(|axis| sizes(grid, &errors, axis, 2 * apart))
             })
         });
-        for point in bent {
+        for &point in &bent {
             let (Some((Ok(found), shape)), Some(reading)) = (&mut settled[point], &readings[point]) else {
                 continue;
             };
@@ -116,7 +121,39 @@ impl ShapeError<'_> {
                 *estimate = without(*estimate, error, of_axes[axis].parts, further);
             }
         }
+        self.state_what_is_left(settled, &readings, &bends, (grid, apart));
         true
+    }
+
+    /// Adds to sigmas what the residuals at places, of which errors were taken off, show to be left there: where the field bends, or they are not noise
+    /// alone.
+    fn state_what_is_left(
+        &self,
+        settled: &mut [Option<Settled>],
+        readings: &[Option<Reading>],
+        bends: &[bool],
+        (grid, apart): (Grid, usize),
+    ) {
+        let is_asked = |point: &usize| {
+            let asked = |reading: Reading| reading.is_whole && (bends[*point] || !reading.leaves_noise_alone);
+            readings[*point].is_some_and(asked)
+        };
+        let asked: Vec<usize> = (0..settled.len()).filter(is_asked).collect();
+        let made = map_in_parallel(asked.len(), self.n_threads, |i| {
+            let Some((Ok(found), shape)) = &settled[asked[i]] else { return None };
+            let subset = self.pair.prepare_with(self.places[asked[i]], *shape).ok()?;
+            at_centre(&subset, self.pair.target, &found.warp(), &mut Workspace::default())
+        });
+        let mut found: Vec<Option<[Estimate; 2]>> = vec![None; settled.len()];
+        asked.iter().zip(made).for_each(|(&point, made)| found[point] = made);
+        let left_px = left_px(grid, &found, apart, self.pair.side_px());
+        for point in asked {
+            let Some((Ok(found), _)) = &mut settled[point] else { continue };
+            let position = &mut found.position;
+            for (axis, place) in [&mut position.x_px, &mut position.y_px].into_iter().enumerate() {
+                place.sigma = place.sigma.hypot(left_px[point][axis]);
+            }
+        }
     }
 
     /// Columns from one of a point's neighbours to the next.

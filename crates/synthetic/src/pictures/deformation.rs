@@ -36,6 +36,17 @@ pub enum Deformation {
         /// p.
         period_px: f64,
     },
+    /// A band of strain: u = A tanh(along . (X - centre)/w).
+    Band {
+        /// A, along both axes: far from the band both sides have moved by it, against each other.
+        amplitude_px: [f64; 2],
+        /// The direction across the band, a unit vector.
+        along: [f64; 2],
+        /// A point of its middle line.
+        centre_px: [f64; 2],
+        /// w.
+        width_px: f64,
+    },
 }
 
 /// Newton steps that find a source; each doubles the digits, so more mean a fold.
@@ -73,6 +84,10 @@ impl Deformation {
                 let sine = libm::sin(TAU * (along[0] * x_px + along[1] * y_px) / period_px);
                 amplitude_px.map(|amplitude_px| amplitude_px * sine)
             }
+            Self::Band { amplitude_px, along, centre_px, width_px } => {
+                let across = along[0] * (x_px - centre_px[0]) + along[1] * (y_px - centre_px[1]);
+                amplitude_px.map(|amplitude_px| amplitude_px * libm::tanh(across / width_px))
+            }
         }
     }
 
@@ -90,6 +105,11 @@ impl Deformation {
                 let wavenumber = TAU / period_px;
                 let cosine = libm::cos(wavenumber * (along[0] * x_px + along[1] * y_px));
                 amplitude_px.map(|amplitude_px| along.map(|along| amplitude_px * wavenumber * along * cosine))
+            }
+            Self::Band { amplitude_px, along, centre_px, width_px } => {
+                let across = along[0] * (x_px - centre_px[0]) + along[1] * (y_px - centre_px[1]);
+                let slope = libm::cosh(across / width_px).powi(-2) / width_px;
+                amplitude_px.map(|amplitude_px| along.map(|along| amplitude_px * along * slope))
             }
         }
     }
@@ -143,12 +163,18 @@ impl Deformation {
 mod tests {
     use super::*;
 
-    fn all() -> [Deformation; 4] {
+    fn all() -> [Deformation; 5] {
         [
             Deformation::stretch([50.0, 40.0], [0.45, -0.1]),
             Deformation::rigid([50.0, 40.0], 2.9, [3.0, -7.0]),
             Deformation::Star { amplitude_px: 0.5, row_px: 60.0, periods_px: [50.0, 400.0], width_px: 300.0 },
             Deformation::Wave { amplitude_px: [1.5, -0.7], along: [0.6, 0.8], period_px: 80.0 },
+            Deformation::Band {
+                amplitude_px: [1.5, -0.7],
+                along: [0.6, 0.8],
+                centre_px: [40.0, 30.0],
+                width_px: 20.0,
+            },
         ]
     }
 

@@ -61,23 +61,26 @@ fn is_refuted_by(
     })
 }
 
-/// What a displacement of the pixels along x and along y by the polynomial changes of the reference.
+/// What a displacement of the pixels along x and along y of the target by the polynomial changes of the reference.
 fn images(polynomial: &Polynomial, subset: &PreparedSubset, warp: &Warp) -> [Vec<f32>; 2] {
+    let mut images = slopes(subset, warp);
+    for k in 0..subset.n_pixels() {
+        let moved = polynomial.at([f64::from(subset.columns[k]), f64::from(subset.rows[k])]);
+        (0..2).for_each(|axis| images[axis][k] *= moved[axis] as f32);
+    }
+    images
+}
+
+/// What one pixel along x and along y of the target changes of the reference, pixel by pixel.
+pub(super) fn slopes(subset: &PreparedSubset, warp: &Warp) -> [Vec<f32>; 2] {
     let [ux, uy, vx, vy] = warp.gradient;
     let determinant = (1.0 + ux) * (1.0 + vy) - uy * vx;
     // In the reference a displacement along x of the target is one along the first column of the inverse gradient.
     let back = [[1.0 + vy, -vx], [-uy, 1.0 + ux]].map(|column| column.map(|part| part / determinant));
-    let n = subset.n_pixels();
-    let mut images = [Vec::with_capacity(n), Vec::with_capacity(n)];
-    for k in 0..n {
-        let moved = polynomial.at([f64::from(subset.columns[k]), f64::from(subset.rows[k])]);
-        let slope = [f64::from(subset.gradient_x[k]), f64::from(subset.gradient_y[k])];
-        for axis in 0..2 {
-            let along = slope[0] * back[axis][0] + slope[1] * back[axis][1];
-            images[axis].push((moved[axis] * along) as f32);
-        }
-    }
-    images
+    back.map(|[x, y]| {
+        let along = |k: usize| x * f64::from(subset.gradient_x[k]) + y * f64::from(subset.gradient_y[k]);
+        (0..subset.n_pixels()).map(|k| along(k) as f32).collect()
+    })
 }
 
 /// What an image has beside those that are fitted.
