@@ -215,7 +215,7 @@ mod tests {
 
     #[test]
     fn known_displacements_come_out() {
-        let [stretch, rigid, star, wave] = all();
+        let [stretch, rigid, star, wave, band] = all();
         let near = |found: [f64; 2], expected: [f64; 2]| {
             (found[0] - expected[0]).hypot(found[1] - expected[1]) < 1.0e-12 // rounding
         };
@@ -227,6 +227,10 @@ mod tests {
         assert!(near(star.displacement_px([150.0, 60.0]), [0.0, 0.5]));
         assert!(near(star.displacement_px([150.0, 172.5]), [0.0, -0.5]));
         assert!(near(wave.displacement_px([12.0, 16.0]), [1.5, -0.7]));
+        // 20 px across the middle of a band of that width, and far from it.
+        let far = [1.5, -0.7].map(|amplitude_px| amplitude_px * 1.0_f64.tanh());
+        assert!(near(band.displacement_px([52.0, 46.0]), far));
+        assert!(near(band.displacement_px([4000.0, 3000.0]), [1.5, -0.7]));
     }
 
     #[test]

@@ -64,9 +64,11 @@ fn is_refuted_by(
 /// What a displacement of the pixels along x and along y of the target by the polynomial changes of the reference.
 fn images(polynomial: &Polynomial, subset: &PreparedSubset, warp: &Warp) -> [Vec<f32>; 2] {
     let mut images = slopes(subset, warp);
-    for k in 0..subset.n_pixels() {
-        let moved = polynomial.at([f64::from(subset.columns[k]), f64::from(subset.rows[k])]);
-        (0..2).for_each(|axis| images[axis][k] *= moved[axis] as f32);
+    let [along_x, along_y] = &mut images;
+    let places = subset.columns.iter().zip(subset.rows.iter());
+    for ((column, row), (x, y)) in places.zip(along_x.iter_mut().zip(along_y)) {
+        let moved = polynomial.at([f64::from(*column), f64::from(*row)]);
+        (*x, *y) = (*x * moved[0] as f32, *y * moved[1] as f32);
     }
     images
 }
