@@ -19,6 +19,7 @@ pub(crate) enum Column {
     PeakTimeBend,
     PeakStrainBend,
     EdgeTime,
+    EdgeTimeBend,
     ParticleVelocity,
     ParticleVelocityBend,
     Velocity,

@@ -5,9 +5,10 @@ use std::borrow::Cow;
 use chainwave_measurement::Estimate;
 use ndarray::Array2;
 
-use crate::front::{FrontSettings, OfGaps, compression, pulses_and_approaches, refine_peak, typical_sigma};
+use crate::front::{FrontSettings, OfGaps, compression, pulses_and_approaches, typical_sigma};
 use crate::half_width::half_windows;
 use crate::local::smooth;
+use crate::top::refine_peak;
 use crate::{LeadingPulse, Missing, StrainMap};
 
 /// Potential energy of a gap (from 1) in joules as a function of its overlap in metres (compression positive), such as

@@ -4,25 +4,17 @@ use chainwave_measurement::{Estimate, median};
 
 use crate::check::{check_fraction, check_positive};
 use crate::holes::{is_behind_a_hidden_one, is_beside_a_hole};
-use crate::local::{LocalPolynomial, MIN_HALF_WINDOW, interpolate, level, smooth};
+use crate::local::{MIN_HALF_WINDOW, interpolate, interpolate_by_six, level, smooth};
+use crate::top::{MIN_FALL, refine_peak};
 use crate::{AnalysisError, Missing, StrainMap};
 
 /// Share of the record's greatest compression that a leading pulse reaches at least, and of the pulse in the gap before if it comes earlier.
 const MIN_SHARE_OF_MAXIMUM: f64 = 0.2;
-/// Fall below the running maximum that ends the search for a peak, as a share of it.
-const MIN_FALL: f64 = 0.05;
 /// Which of several humps leads must not hang on that share: half of it and twice it have to end at the same one.
 const OTHER_FALLS: [f64; 2] = [0.5 * MIN_FALL, 2.0 * MIN_FALL];
 /// Smoothing window on each side, as a share of the rise from 25 to 75 % of the peak: its bias at the peak of a Gaussian
 /// pulse is below 1e-5 of the peak.
 const SMOOTHING_OF_RISE: f64 = 0.5;
-
-/// How many times farther the polynomial that gives a peak may reach on one side of it than on the other. The pulses of lightly damped chains
-/// are less uneven (1.9 times at most). Behind a steep rise a strongly damped one falls so slowly that a polynomial over all of it would miss the
-/// peak by some thousandths.
-const MOST_UNEVEN: usize = 2;
-/// Samples that the shorter side counts as at least: a polynomial through few samples follows them however unevenly they lie.
-const LEAST_REACH: usize = 2 * MIN_HALF_WINDOW + 1;
 
 /// Share of the peak above which its polynomial is fitted at most: what lies there of any smooth top is a parabola, but for noise.
 pub(crate) const NARROWEST: f64 = 0.95;
@@ -93,6 +85,8 @@ pub struct LeadingPulse {
     pub bends: Option<Bend>,
     /// Time of the leading edge in seconds.
     pub edge_time_s: Option<f64>,
+    /// By how much it is later by six samples about it than by four: what samples are too few to tell of the onset's course between them.
+    pub edge_bends_s: Option<f64>,
     /// Time of the pulse's foot in seconds: the passage of 10 % of the peak, carried back by the time from 10 to 50 %. On the
     /// chain's pulses the strain there is 1 to 2 % of the peak.
     pub foot_time_s: Option<f64>,
@@ -201,7 +195,8 @@ fn leading_pulse(
     }
     let peak = refine_peak(&series, smoothed, summit, settings.peak_fraction)?;
     let narrower = refine_peak(&series, smoothed, summit, settings.narrower().peak_fraction);
-    let edge = crossing_before(smoothed, summit, settings.edge_fraction * peak.value);
+    let threshold_of_edge = settings.edge_fraction * peak.value;
+    let edge = crossing_before(smoothed, summit, threshold_of_edge);
     let tenth = crossing_before(smoothed, summit, 0.1 * peak.value);
     let half = crossing_before(smoothed, summit, 0.5 * peak.value);
     Ok(LeadingPulse {
@@ -213,6 +208,10 @@ fn leading_pulse(
             strain: peak.value - other.value,
         }),
         edge_time_s: edge.map(|place| time_at(map, place)),
+        edge_bends_s: edge.and_then(|place| {
+            let by_six = crossing_between(smoothed, place, threshold_of_edge, interpolate_by_six)?;
+            Some(map.interval_s() * (by_six - place))
+        }),
         foot_time_s: tenth.zip(half).map(|(tenth, half)| time_at(map, 2.0 * tenth - half)),
         half_window: *half_window,
         summit,
@@ -300,89 +299,24 @@ fn half_window_of(rise: usize) -> usize {
     ((rise as f64 * SMOOTHING_OF_RISE).round() as usize).max(MIN_HALF_WINDOW)
 }
 
-/// A maximum between samples.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Peak {
-    /// Fractional sample index.
-    pub(crate) place: f64,
-    /// Value of the series there.
-    pub(crate) value: f64,
-}
-
-/// The maximum of a series near sample `summit`, from a polynomial over the contiguous samples whose smoothed value exceeds
-/// `peak_fraction` of the smoothed maximum, as far as they belong to its hump and reach not much farther on one side than on the other.
-pub(crate) fn refine_peak(
-    series: &[Option<f64>],
-    smoothed: &[Option<f64>],
-    summit: usize,
-    peak_fraction: f64,
-) -> Result<Peak, Missing> {
-    let threshold = peak_fraction * level(smoothed, summit);
-    let last_index = series.len() - 1;
-    let first = end_of_hump(smoothed, summit, threshold, (0..summit).rev());
-    let last = end_of_hump(smoothed, summit, threshold, summit + 1..=last_index);
-    let maximum = |(first, last): (usize, usize)| {
-        let polynomial = LocalPolynomial::fit(series, first, last).ok_or(Missing::TooFewSamples)?;
-        polynomial.maximum().ok_or(Missing::PeakOutsideRecord)
-    };
-    let [even, all] = tops(smoothed, summit, (first, last));
-    // Where ripples ride on a broad pulse, a part of it may be greatest at its end.
-    let (place, value) = maximum(even).or_else(|_| maximum(all))?;
-    Ok(Peak { place, value })
-}
-
-/// The samples that a polynomial is fitted to which gives the highest place of those around a summit: as many as determine it on either side, and
-/// first not much farther on one side than on the other, then all.
-pub(crate) fn tops(
-    smoothed: &[Option<f64>],
-    summit: usize,
-    (first, last): (usize, usize),
-) -> [(usize, usize); 2] {
-    let [before, after] = [summit - first, last - summit].map(|reach| reach.max(MIN_HALF_WINDOW));
-    // How far a side reaches that the record or a hole cuts off is not known.
-    let is_seen = |at: Option<usize>| at.and_then(|at| *smoothed.get(at)?).is_some();
-    let sides = [(before, first.checked_sub(1)), (after, Some(last + 1))];
-    let shorter = sides.into_iter().filter(|(_, beyond)| is_seen(*beyond)).map(|(reach, _)| reach).min();
-    let farthest = shorter.map_or(usize::MAX, |reach| MOST_UNEVEN * reach.max(LEAST_REACH));
-    [farthest, usize::MAX].map(|farthest| {
-        let [before, after] = [before, after].map(|reach| reach.min(farthest));
-        (summit.saturating_sub(before), (summit + after).min(smoothed.len() - 1))
-    })
-}
-
-/// The last of the samples on one side of a summit that exceed a threshold and belong to its hump. Another one begins behind a fall and a
-/// rise that part two summits: where a pulse meets its reflection, all that lies between may exceed the threshold.
-fn end_of_hump(
-    smoothed: &[Option<f64>],
-    summit: usize,
-    threshold: f64,
-    outwards: impl Iterator<Item = usize>,
-) -> usize {
-    let ripple = MIN_FALL * level(smoothed, summit);
-    let mut lowest = summit;
-    let mut end = summit;
-    for at in outwards.take_while(|at| level(smoothed, *at) >= threshold) {
-        let value = level(smoothed, at);
-        let has_fallen = level(smoothed, summit) - level(smoothed, lowest) > ripple;
-        if has_fallen && value - level(smoothed, lowest) > ripple {
-            return lowest;
-        }
-        if value < level(smoothed, lowest) {
-            lowest = at;
-        }
-        end = at;
-    }
-    end
-}
-
 /// Fractional index at which the series last rises through `threshold` before sample `from`.
 fn crossing_before(series: &[Option<f64>], from: usize, threshold: f64) -> Option<f64> {
     let below = (0..from).rev().find(|at| series[*at].is_none_or(|value| value < threshold))?;
     series[below]?;
-    let (mut low, mut high) = (below as f64, (below + 1) as f64);
+    crossing_between(series, below as f64, threshold, interpolate)
+}
+
+/// Fractional index between a sample and the next at which a way to read the series between them rises through `threshold`.
+fn crossing_between(
+    series: &[Option<f64>],
+    place: f64,
+    threshold: f64,
+    read: impl Fn(&[Option<f64>], f64) -> Option<f64>,
+) -> Option<f64> {
+    let (mut low, mut high) = (place.floor(), place.floor() + 1.0);
     for _ in 0..40 {
         let middle = 0.5 * (low + high);
-        if interpolate(series, middle)? < threshold {
+        if read(series, middle)? < threshold {
             low = middle;
         } else {
             high = middle;
@@ -403,6 +337,7 @@ mod tests {
             peak_strain,
             bends: None,
             edge_time_s,
+            edge_bends_s: None,
             foot_time_s,
             half_window: 3,
             summit: 0,

@@ -298,6 +298,7 @@ mod tests {
             peak_strain: -1.0,
             bends: None,
             edge_time_s: None,
+            edge_bends_s: None,
             foot_time_s: None,
             half_window: 3,
             summit: 10 * gap,

@@ -66,6 +66,7 @@ mod spectrum;
 mod strain;
 mod summit;
 mod tail;
+mod top;
 mod velocity;
 
 pub use across::{motion_across, motion_across_rule};

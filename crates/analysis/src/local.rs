@@ -142,6 +142,24 @@ fn beside_a_hole(series: &[Option<f64>], at: usize, z: f64) -> Option<f64> {
     Some(w0 * before + w1 * near + w2 * far + w3 * after)
 }
 
+/// The series at a fractional index by the polynomial of order five through the three samples on each side; `None` where one of them is missing.
+pub(crate) fn interpolate_by_six(series: &[Option<f64>], place: f64) -> Option<f64> {
+    let first = (place as usize).checked_sub(2)?;
+    let [Some(a), Some(b), Some(c), Some(d), Some(e), Some(f)] = series.get(first..)?.first_chunk()? else {
+        return None;
+    };
+    let z = place - (first + 2) as f64;
+    // Aitken's scheme: each column joins polynomials through one sample more.
+    let mut joined = [*a, *b, *c, *d, *e, *f];
+    for order in 1..joined.len() {
+        for i in 0..joined.len() - order {
+            let (low, high) = (i as f64 - 2.0, (i + order) as f64 - 2.0);
+            joined[i] = ((high - z) * joined[i] + (z - low) * joined[i + 1]) / (high - low);
+        }
+    }
+    Some(joined[0])
+}
+
 /// Lagrange's weights of four equally spaced values at -1, 0, 1, 2 for the place `z` in 0..=1.
 #[inline]
 pub(crate) fn cubic_weights(z: f64) -> [f64; 4] {
@@ -249,6 +267,18 @@ mod tests {
     fn sextic(at: usize) -> f64 {
         let x = at as f64 - 7.3;
         2.0 - 0.3 * x * x + 0.01 * x * x * x - 0.002 * x.powi(4) - 1e-6 * x.powi(6)
+    }
+
+    #[test]
+    fn six_samples_tell_a_quintic_and_no_sextic() {
+        let quintic = |x: f64| 1.0 - 0.4 * x + 0.03 * x.powi(3) - 2e-3 * x.powi(5);
+        let series: Vec<Option<f64>> = (0..8).map(|at| Some(quintic(f64::from(at) - 3.5))).collect();
+        for place in [2.0, 2.3, 3.5, 4.9] {
+            // Rounding alone.
+            assert!((interpolate_by_six(&series, place).unwrap() - quintic(place - 3.5)).abs() < 1e-12);
+        }
+        assert_eq!(interpolate_by_six(&series, 1.5), None, "a sample is missing before it");
+        assert_eq!(interpolate_by_six(&series, 5.5), None, "or behind it");
     }
 
     #[test]

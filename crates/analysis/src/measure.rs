@@ -313,6 +313,7 @@ impl PointValues {
         columns.set(Column::PeakStrain, of_pulses(|pulse| Some(pulse.peak_strain)));
         set_bends(&mut columns, &self.pulses);
         columns.set(Column::EdgeTime, of_pulses(|pulse| pulse.edge_time_s));
+        columns.set(Column::EdgeTimeBend, of_pulses(|pulse| pulse.edge_bends_s));
         columns.set(Column::Velocity, of_speed(|speed| Some(speed.velocity_m_per_s)));
         columns.set(Column::FirstThird, of_speed(|speed| speed.thirds_m_per_s.map(|thirds| thirds[0])));
         columns.set(Column::LastThird, of_speed(|speed| speed.thirds_m_per_s.map(|thirds| thirds[1])));
@@ -398,7 +399,7 @@ fn gap_front(row: usize, pulse: LeadingPulse, scatter: &Scatter) -> Result<GapFr
         gap: pulse.gap,
         peak_time_s: scatter.estimate_with(Column::PeakTime, Column::PeakTimeBend, row)?,
         peak_strain: scatter.estimate_with(Column::PeakStrain, Column::PeakStrainBend, row)?,
-        edge_time_s: scatter.estimate(Column::EdgeTime, row).ok(),
+        edge_time_s: scatter.estimate_with(Column::EdgeTime, Column::EdgeTimeBend, row).ok(),
         particle_velocity_m_per_s: scatter
             .estimate_with(Column::ParticleVelocity, Column::ParticleVelocityBend, row)
             .ok(),

@@ -267,6 +267,7 @@ mod tests {
                 peak_strain,
                 bends: None,
                 edge_time_s: None,
+                edge_bends_s: None,
                 foot_time_s,
                 half_window: 3,
             })

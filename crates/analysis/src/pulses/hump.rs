@@ -1,9 +1,10 @@
 //! Humps of one gap's strain over time, of either sign, that stand out of the noise.
 
 use crate::StrainMap;
-use crate::front::{time_at, tops, typical_sigma};
+use crate::front::{time_at, typical_sigma};
 use crate::local::{LocalPolynomial, MIN_HALF_WINDOW, level, smooth, smoothing_gain};
 use crate::probability::normal_beyond;
+use crate::top::tops;
 
 /// Shares of a hump's prominence below its top down to which the polynomial that gives the top is fitted: the next where noise bends the
 /// first so that it is highest at its end.

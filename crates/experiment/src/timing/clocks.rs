@@ -286,8 +286,9 @@ fn is_told(one: &ClockShown) -> bool {
 /// Whether a clock that is off by so much is so by more than the scatter of what shows it, and by more than any quartz.
 fn is_beyond_chance(of: &ClockOf, excess: f64, shown: &ClockShown) -> bool {
     let usually = if of.is_view() { TOLD_BY_STRETCHES } else { TOLD_OF_RECORDING };
-    let asked = if excess.abs() > USUAL { usually } else { OF_UNUSUAL * usually };
-    excess.abs() > LEAST && excess.abs() / shown.excess.sigma > student(asked, shown.degrees_of_freedom)
+    let times = if excess.abs() > USUAL { 1.0 } else { OF_UNUSUAL };
+    let asked = times * student(usually, shown.degrees_of_freedom);
+    excess.abs() > LEAST && excess.abs() / shown.excess.sigma > asked
 }
 
 /// The same with sigmas of recordings as large as these scatter; the few whose clocks are off hardly move a median.

@@ -154,7 +154,7 @@ pub(super) fn symbol(name: &str) -> Option<Atom> {
         "qquad" => space("2"),
         "sum" => Some(Atom::element(Class::Sum, "<mo>∑</mo>")),
         "int" => Some(Atom::element(Class::Sum, "<mo>∫</mo>")),
-        "sin" | "cos" | "ln" | "min" => Some(Atom::element(Class::Function, upright(name))),
+        "sin" | "cos" | "tanh" | "ln" | "min" => Some(Atom::element(Class::Function, upright(name))),
         _ => {
             let (class, sign) = match name {
                 "cdot" => (Class::Binary, "⋅"),
