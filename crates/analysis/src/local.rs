@@ -145,12 +145,13 @@ fn beside_a_hole(series: &[Option<f64>], at: usize, z: f64) -> Option<f64> {
 /// The series at a fractional index by the polynomial of order five through the three samples on each side; `None` where one of them is missing.
 pub(crate) fn interpolate_by_six(series: &[Option<f64>], place: f64) -> Option<f64> {
     let first = (place as usize).checked_sub(2)?;
-    let [Some(a), Some(b), Some(c), Some(d), Some(e), Some(f)] = series.get(first..)?.first_chunk()? else {
-        return None;
-    };
+    let around: &[Option<f64>; 6] = series.get(first..)?.first_chunk()?;
+    let mut joined = [0.0; 6];
+    for (value, sample) in joined.iter_mut().zip(around) {
+        *value = (*sample)?;
+    }
     let z = place - (first + 2) as f64;
     // Aitken's scheme: each column joins polynomials through one sample more.
-    let mut joined = [*a, *b, *c, *d, *e, *f];
     for order in 1..joined.len() {
         for i in 0..joined.len() - order {
             let (low, high) = (i as f64 - 2.0, (i + order) as f64 - 2.0);
