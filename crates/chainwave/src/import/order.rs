@@ -45,7 +45,7 @@ pub(super) fn remarks(observations: &[Observation], rest_until_s: f64) -> Vec<St
     }
 }
 
-/// By how many samples a body arrives later than the one before it, in the middle one of the recordings that show both: when it has moved a part of how far
+/// By how many samples a body arrives later than the one before it, in the middle one of the recordings that show both: when it has moved a tenth as far as
 /// it does at most.
 fn later_samples(observations: &[Observation], rest_until_s: f64) -> BTreeMap<usize, f64> {
     let mut of_bodies: BTreeMap<usize, Vec<f64>> = BTreeMap::new();

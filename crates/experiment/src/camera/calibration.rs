@@ -264,7 +264,7 @@ impl ChainMap {
     /// How long a picture is in the direction of the chain, in pixels.
     pub(crate) fn length_px(&self, width_px: usize, height_px: usize) -> f64 {
         let [[by_column, by_row], _] = self.of_chain.map.m_per_px(self.first_body_px);
-        let m_per_px = by_column.hypot(by_row);
+        let m_per_px = self.of_chain.m_per_px(self.first_body_px).value;
         let until_edge = |size: usize, part: f64| size as f64 * m_per_px / part.abs();
         until_edge(width_px, by_column).min(until_edge(height_px, by_row))
     }
