@@ -6,6 +6,7 @@ mod lost_bodies;
 pub(crate) mod notices;
 pub(crate) mod recording_alignment;
 pub(crate) mod strikers;
+mod told_by_model;
 pub(crate) mod truth;
 mod unseen_bodies;
 
@@ -26,6 +27,7 @@ use crate::evaluation::notices::{
     aligned_by_one_striker, aligned_without_body_1, before_the_wave, not_aligned, not_shown, notices,
 };
 use crate::evaluation::recording_alignment::RecordingAlignments;
+use crate::evaluation::told_by_model::{Widened, accepted};
 use crate::finding::{Finding, LeftOutRecording};
 use crate::fitting::contacts_asked::add_contacts_asked;
 use crate::fitting::damping::StatedDamping;
@@ -33,18 +35,17 @@ use crate::fitting::drive_off::DriveOff;
 use crate::fitting::fits::{Departures, Fits, Material, ReadOff, priors};
 use crate::fitting::model_beside::{ModelBeside, model_beside};
 use crate::merging::joint::Joint;
+use crate::merging::merged;
 use crate::merging::picture_geometry::PictureGeometry;
 use crate::merging::side_motion::SideMotion;
 use crate::merging::stabilisation::Stabilisation;
-use crate::merging::usual_geometry::ToldByModel;
-use crate::merging::{Merged, merged};
 use crate::monitor::{Monitor, Stage};
 use crate::sanity::speed;
 use crate::setup::Setup;
 use crate::tracked::Tracked;
 
 /// To be raised whenever the same tracks would give other results; `results_of_the_small_experiment_are_those_of_the_evaluations_version` among the tests of the whole guards it.
-pub const EVALUATION_VERSION: u32 = 35;
+pub const EVALUATION_VERSION: u32 = 36;
 
 /// Everything that follows from the tracks.
 pub struct Evaluation {
@@ -118,12 +119,13 @@ pub fn evaluate(
     // Neither asks what the other finds.
     let read_off = || material.read_off(&of_all.shared, &step);
     let (read, fits) = both_in_parallel(n_threads, read_off, || material.fits(observations, &step));
-    let (by_geometry, widened) = geometry_by_model(&of_all, &fits.track_fit).unzip();
-    let again = |stitched| Material { stitched, ..material }.read_off(&of_all.shared, &|| ());
+    let widened = Widened::of(&of_all, &fits.track_fit);
+    let again =
+        |one: &Widened| Material { stitched: &one.stitched, ..material }.read_off(&of_all.shared, &|| ());
     let read = widened.as_ref().map_or(read, again);
     let ReadOff { mut measurement, pulses, energy_fit } = read?;
     let Joint { geometry, observations, stabilisation, stitched, left_out, unjoined, .. } = of_all.joint;
-    let stitched = widened.unwrap_or(stitched);
+    let (stitched, told) = widened.map_or((stitched, Vec::new()), |one| (one.stitched, one.findings));
     let drive_off = drive_off(experiment, &fits.track_fit);
     let damping = damping_of(&fits, &energy_fit, drive_off.as_ref(), critical_kg_per_s(chain));
     let Fits { reached, track_fit, departures, imposed_fit, release_fit } = fits;
@@ -134,10 +136,9 @@ pub fn evaluate(
     notices.extend(before_the_wave(&observations, &reached));
     notices.extend(of_drive(experiment, &observations, drive_off.as_ref()));
     notices.extend(beyond_table(chain, &measurement.strain));
-    let of_model = track_fit.iter().flat_map(TrackFit::warnings);
-    notices.extend(Finding::all_of("chain_model", "the chain model", of_model));
+    notices.extend(of_model(&track_fit));
     let believed = track_fit.as_ref().ok().filter(|fit| fit.is_believed());
-    notices.extend(by_geometry);
+    notices.extend(told);
     if let Some(fit) = believed {
         // Values that the chain refuses are named by what shows its motion.
         add_contacts_asked(&mut measurement, chain, fit).unwrap_or_default();
@@ -179,20 +180,6 @@ pub fn evaluate(
     })
 }
 
-/// What the chain model tells of the pictures' geometry and views do not, where it is believed, and what was stitched with all of that as an
-/// uncertainty: it is free of any model, and stays where it is.
-fn geometry_by_model(
-    merged: &Merged<'_>,
-    track_fit: &Result<TrackFit, FitError>,
-) -> Option<(Finding, Stitched)> {
-    let fit = track_fit.as_ref().ok().filter(|fit| fit.is_believed())?;
-    let stitched = &merged.joint.stitched;
-    let told = merged.usual_geometry.told(&fit.usual_amplitudes, &stitched.motion);
-    let finding = ToldByModel::finding(&told)?;
-    let motion = ToldByModel::counted_in(&told, &stitched.motion);
-    Some((finding, Stitched { motion, ..stitched.clone() }))
-}
-
 /// The damping that stands for the experiment: of a chain that is let go by its tracks or its motion, of others by tracks, motion and energies.
 fn damping_of(
     fits: &Fits,
@@ -207,6 +194,12 @@ fn damping_of(
             StatedDamping::of(track_fit, imposed_fit, energy_fit, drive_off, critical_kg_per_s)
         }
     }
+}
+
+/// What the reader should know of the chain model.
+fn of_model(track_fit: &Result<TrackFit, FitError>) -> Vec<Finding> {
+    let said = track_fit.iter().flat_map(TrackFit::warnings);
+    Finding::all_of("chain_model", "the chain model", said)
 }
 
 /// A drive that a fit to the tracks which explains them finds elsewhere than it is stated.
@@ -253,9 +246,4 @@ impl Evaluation {
         });
         contradict.chain(self.unjoined.iter().cloned()).collect()
     }
-}
-
-/// A fit to the tracks that explains them.
-fn accepted(track_fit: &Result<TrackFit, FitError>) -> Option<&TrackFit> {
-    track_fit.as_ref().ok().filter(|fit| fit.leaves_noise_alone())
 }

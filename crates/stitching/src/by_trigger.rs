@@ -134,6 +134,7 @@ pub(crate) fn averaged_by_trigger(
         // What the alignment says of these is no better than the alignment.
         shown: Vec::new(),
         clocks: Vec::new(),
+        untied: Vec::new(),
         left_by_views: Vec::new(),
         warnings,
     })

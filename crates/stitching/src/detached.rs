@@ -8,6 +8,7 @@ use crate::settings::Settings;
 use crate::spread::Spread;
 use crate::stitched::{Alignment, Stitched};
 use crate::trigger_scatter::{Arrival, ErrorsOfMeans, Sample, errors_of_means};
+use crate::untied::UntiedGroup;
 
 /// One group of recordings that share bodies, merged.
 pub(crate) struct MergedGroup {
@@ -49,9 +50,10 @@ pub(crate) fn joined(
     let clocks = parts.iter().flat_map(|part| part.stitched.clocks.clone()).collect();
     let shown = parts.iter().flat_map(|part| part.stitched.shown.clone()).collect();
     let left_by_views = parts.iter().flat_map(|part| part.stitched.left_by_views.clone()).collect();
+    let untied = if is_whole { Vec::new() } else { untied(observations, &parts, &errors) };
     let (motion, spread) = match is_whole {
         true => parts.pop().map(|part| (part.stitched.motion, part.stitched.spread))?,
-        false => on_one_time_base(&parts, &errors, interval_s),
+        false => on_one_time_base(&parts, &untied, interval_s),
     };
     Some(Stitched {
         motion,
@@ -63,6 +65,7 @@ pub(crate) fn joined(
         by_trigger,
         shown,
         clocks,
+        untied,
         left_by_views,
         warnings,
     })
@@ -195,11 +198,22 @@ fn warnings(observations: &[Observation], parts: &[MergedGroup]) -> Vec<String> 
     warnings
 }
 
-fn on_one_time_base(
-    parts: &[MergedGroup],
-    errors: &[Matrix2<f64>],
-    interval_s: f64,
-) -> (ChainMotion, Spread) {
+fn untied(observations: &[Observation], parts: &[MergedGroup], errors: &[Matrix2<f64>]) -> Vec<UntiedGroup> {
+    let of_part = |(part, error): (&MergedGroup, &Matrix2<f64>)| {
+        let drive_sigma = error[(0, 0)].sqrt();
+        let trigger_by_drive_s = if drive_sigma > 0.0 { error[(0, 1)] / drive_sigma } else { 0.0 };
+        UntiedGroup {
+            first_body: part.first_body,
+            recordings: part.members.iter().map(|r| observations[*r].recording.clone()).collect(),
+            drive_sigma,
+            trigger_by_drive_s,
+            trigger_sigma_s: (error[(1, 1)] - trigger_by_drive_s.powi(2)).max(0.0).sqrt(),
+        }
+    };
+    parts.iter().zip(errors).map(of_part).collect()
+}
+
+fn on_one_time_base(parts: &[MergedGroup], untied: &[UntiedGroup], interval_s: f64) -> (ChainMotion, Spread) {
     let index = |time_s: f64| (time_s / interval_s).round() as i64;
     let span = |part: &MergedGroup| {
         let times_s = &part.stitched.motion.times_s;
@@ -239,19 +253,16 @@ fn on_one_time_base(
     }
     let n_all: usize = parts.iter().map(|part| part.members.len()).sum();
     let mut means = ErrorModes::default();
-    for (k, (part, error)) in parts.iter().zip(errors).enumerate() {
+    for (k, (part, group)) in parts.iter().zip(untied).enumerate() {
         // The mean of all follows a group's mean by the group's share.
         let share = part.members.len() as f64 / n_all as f64;
         let factor = |g: usize| if g == k { 1.0 - share } else { -share };
         let [of_drive_m, of_trigger_m] =
             [0, 1].map(|unknown| spread_over(&factor, &|part| &part.of_mean_m[unknown]));
-        let drive_sigma = error[(0, 0)].sqrt();
-        let trigger_by_drive_s = if drive_sigma > 0.0 { error[(0, 1)] / drive_sigma } else { 0.0 };
-        let trigger_sigma_s = (error[(1, 1)] - trigger_by_drive_s.powi(2)).max(0.0).sqrt();
-        let with_drive_m = of_drive_m * drive_sigma + &of_trigger_m * trigger_by_drive_s;
-        let first_body = part.first_body;
+        let with_drive_m = of_drive_m * group.drive_sigma + &of_trigger_m * group.trigger_by_drive_s;
+        let first_body = group.first_body;
         means.push(ErrorSource::MeanDrive { first_body }, &with_drive_m);
-        means.push(ErrorSource::MeanTrigger { first_body }, &(of_trigger_m * trigger_sigma_s));
+        means.push(ErrorSource::MeanTrigger { first_body }, &(of_trigger_m * group.trigger_sigma_s));
     }
     motion.add_errors(means);
     let spread = Spread {

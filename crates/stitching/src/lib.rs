@@ -98,6 +98,7 @@ mod stated_response;
 mod stitched;
 mod time_base;
 mod trigger_scatter;
+mod untied;
 
 pub use assumptions::Assumption;
 pub use averaged::averaged;
@@ -114,3 +115,4 @@ pub use spread::Spread;
 pub use stages::{StageStep, refine_stages};
 pub use stated_response::{HigherOrders, ModelResponse, StatedResponse};
 pub use stitched::{Alignment, AlignmentPhase, Stitched, Unsettled};
+pub use untied::{MeanOff, UntiedGroup};

@@ -219,6 +219,7 @@ impl Trimmed<'_> {
             by_trigger: false,
             shown,
             clocks,
+            untied: Vec::new(),
             left_by_views,
             warnings,
         };

@@ -8,6 +8,7 @@ use crate::by_view::LeftByView;
 use crate::clocks::ClockShown;
 use crate::shown::ShownByBody;
 use crate::spread::Spread;
+use crate::untied::UntiedGroup;
 
 /// Where one recording stands among the others.
 #[derive(Debug, Clone, PartialEq)]
@@ -47,6 +48,8 @@ pub struct Stitched {
     pub shown: Vec<ShownByBody>,
     /// What the readings say of clocks, where that was asked for.
     pub clocks: Vec<ClockShown>,
+    /// Groups of recordings that share no body with the others; none where bodies tie all.
+    pub untied: Vec<UntiedGroup>,
     /// What each view of a body that more than one saw leaves of the motion.
     pub left_by_views: Vec<LeftByView>,
     /// What the reader should know, such as a view that shares no body with the others.

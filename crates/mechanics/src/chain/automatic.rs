@@ -37,6 +37,12 @@ const HARD: f64 = 10.0;
 const MOST_TIGHTENED: u32 = 3;
 /// What is asked of them then, over what would just do.
 const TIGHTER: f64 = 0.5;
+/// The least that is asked of them, over what was asked before: an error that collisions multiply falls with that by more than the error of one step.
+const TIGHTEST: f64 = 1e-3;
+/// What steps are held to, relative to a run's own, in another one that tells what its collisions multiply.
+const COARSER: f64 = 100.0;
+/// What an error over kinks may be larger than by the fall of errors on average: from one run to the next it jumps by as much.
+const JUMP: f64 = 3.0;
 /// Halvings after which an accuracy counts as out of reach.
 const MAX_HALVINGS: u32 = 16;
 /// Longest first step of a method of order 1, in radians of the fastest oscillation: what the accuracy takes is told from two short runs.
@@ -124,21 +130,40 @@ impl Assignment<'_> {
 
     /// Steps of a length that suits each. They are held to the accuracy one by one, in proportion to the time they take of the chain's own; over very many
     /// oscillations, and in contacts that close in a part of one, they add up to more, and are made again with as much less.
+    ///
+    /// Where contacts opened, bodies fly and collide, and each collision multiplies what came before it, as in a gas of hard spheres: what steps add up to
+    /// says little there, and another run with other steps tells the error.
     fn adaptive(&self, method: Method, accuracy: f64, choice: String) -> Result<Carried, MechanicsError> {
         let pace = Pace::new(self.chain);
-        let mut of_steps = accuracy;
-        let complete = |of_steps: f64| {
-            Run::complete(self.chain, &pace, self.order(method, self.adaptive_pacing(&pace, of_steps)))
+        let complete = |of_steps: f64, holds_steps: bool| {
+            let order = self.order(method, self.adaptive_pacing(&pace, of_steps));
+            Run::complete(self.chain, &pace, RunRequest { holds_steps, ..order })
         };
-        let mut run = complete(of_steps)?;
+        let mut of_steps = accuracy;
+        let mut run = complete(of_steps, self.holds_steps)?;
+        let mut error = run.error_estimate();
+        let mut has_opened = pace.has_opened(&run.ledger);
+        if has_opened {
+            error = error_beside(&run, &complete(of_steps * COARSER, false)?, COARSER.recip());
+        }
         for _ in 0..MOST_TIGHTENED {
-            let Some(error) = run.error_estimate().filter(|error| *error > accuracy) else { break };
-            of_steps *= TIGHTER * accuracy / error;
+            let Some(too_large) = error.filter(|error| *error > accuracy) else { break };
+            let asked = TIGHTER * (accuracy / too_large).max(TIGHTEST);
+            // Runs that are nearly alike tell little of each other's errors.
+            let tighter = if has_opened { asked.min(COARSER.recip()) } else { asked };
+            of_steps *= tighter;
             // Where no step is as fine as that, the first one stands, with its estimate.
-            let Ok(finer) = complete(of_steps) else { break };
+            let Ok(finer) = complete(of_steps, self.holds_steps) else { break };
+            has_opened = pace.has_opened(&finer.ledger);
+            error = match has_opened {
+                true => error_beside(&finer, &run, tighter),
+                false => finer.error_estimate(),
+            };
             run = finer;
         }
-        Ok(Carried::by(run, choice))
+        let mut carried = Carried::by(run, choice);
+        carried.simulation.error_estimate = error;
+        Ok(carried)
     }
 
     fn adaptive_pacing(&self, pace: &Pace<'_>, accuracy: f64) -> Pacing {
@@ -251,6 +276,15 @@ impl Assignment<'_> {
         carried.simulation.error_estimate = estimate;
         Ok(Some(Carried { instead: Some(linear), ..carried }))
     }
+}
+
+/// The error of a run by what one with coarser steps makes of the same; `tighter` is what its steps are held to over the other's.
+///
+/// Over kinks of the forces errors fall more slowly than what steps are held to, and at least by its root.
+fn error_beside(fine: &Run<'_, Recorder>, coarse: &Run<'_, Recorder>, tighter: f64) -> Option<f64> {
+    let falls_to = tighter.sqrt();
+    let told = JUMP * fine.record.relative_difference(&coarse.record) * falls_to / (1.0 - falls_to);
+    fine.error_estimate().map(|added| added.max(told))
 }
 
 /// The largest relative change of stiffness per overlap of any power law, |p - 1| / delta_0; nothing where there is another
