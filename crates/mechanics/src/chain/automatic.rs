@@ -144,13 +144,15 @@ impl Assignment<'_> {
         let mut error = run.error_estimate();
         let mut has_opened = pace.has_opened(&run.ledger);
         if has_opened {
-            error = error_beside(&run, &complete(of_steps * COARSER, false)?, COARSER.recip());
+            // Where no coarser run comes to its end, what steps add up to is all that is known.
+            let coarser = complete(of_steps * COARSER, false);
+            error = coarser.map_or(error, |coarser| error_beside(&run, &coarser, COARSER.recip()));
         }
         for _ in 0..MOST_TIGHTENED {
             let Some(too_large) = error.filter(|error| *error > accuracy) else { break };
-            let asked = TIGHTER * (accuracy / too_large).max(TIGHTEST);
+            let asked = TIGHTER * accuracy / too_large;
             // Runs that are nearly alike tell little of each other's errors.
-            let tighter = if has_opened { asked.min(COARSER.recip()) } else { asked };
+            let tighter = if has_opened { asked.clamp(TIGHTER * TIGHTEST, COARSER.recip()) } else { asked };
             of_steps *= tighter;
             // Where no step is as fine as that, the first one stands, with its estimate.
             let Ok(finer) = complete(of_steps, self.holds_steps) else { break };
