@@ -9,6 +9,7 @@ mod front;
 mod gap_interpolant;
 mod ledger;
 mod linear_chain;
+mod opening;
 mod record;
 mod recorded_steps;
 mod recorder;

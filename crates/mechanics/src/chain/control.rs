@@ -57,6 +57,13 @@ const FIRST_STEP_RAD: f64 = 0.05;
 /// Shortest step of an adaptive method, in radians of the fastest oscillation at rest.
 const LEAST_STEP_RAD: f64 = 1e-9;
 
+impl Tolerance {
+    /// Relative error that a step may make.
+    fn of_step(&self, h_s: f64) -> f64 {
+        (self.per_second * h_s).max(self.least)
+    }
+}
+
 impl Control {
     pub(super) fn new(
         order: &RunRequest,
@@ -137,11 +144,17 @@ impl Control {
         }
     }
 
+    /// Whether a step's error is as small as it must be.
+    pub(super) fn permits(&self, error: Option<LocalError>, h_s: f64) -> bool {
+        let of_step = self.adaptive.zip(error);
+        of_step.is_none_or(|(tolerance, error)| self.relative(error, tolerance) <= tolerance.of_step(h_s))
+    }
+
     /// Accepts a step and sets the next one, or says how much shorter it must be.
     pub(super) fn judge(&mut self, error: Option<LocalError>, h_s: f64) -> Option<f64> {
         let (Some(tolerance), Some(error)) = (self.adaptive, error) else { return None };
         let relative = self.relative(error, tolerance);
-        let ratio = relative / (tolerance.per_second * h_s).max(tolerance.least);
+        let ratio = relative / tolerance.of_step(h_s);
         let change = SAFETY * ratio.max(1e-30).powf(-1.0 / tolerance.order);
         if ratio > 1.0 || !ratio.is_finite() {
             let [least, _] = CHANGE;
@@ -167,6 +180,11 @@ impl Control {
     fn relative(&self, error: LocalError, tolerance: Tolerance) -> f64 {
         let of_size = |error: f64, size: f64| if error == 0.0 { 0.0 } else { error / size };
         of_size(error.x_m, self.x_m).max(of_size(error.v_m_per_s, tolerance.omega_rad_per_s * self.x_m))
+    }
+
+    /// The error in metres that any one step may make.
+    pub(super) fn least_error_m(&self) -> f64 {
+        self.adaptive.map_or(0.0, |tolerance| tolerance.least * self.x_m)
     }
 
     /// Takes in a state's reach.

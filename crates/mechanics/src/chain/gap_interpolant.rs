@@ -17,6 +17,10 @@ type ValueAndDerivatives = [f64; 3];
 
 /// Corrections of a turn's place by Newton's method; at a turn the overlap changes with the square of what is left.
 const CORRECTIONS: u32 = 5;
+/// Part of a step so near to its ends that what happens there counts as happening at the end.
+const EDGE: f64 = 1e-4;
+/// Halvings by which a passage is located: to far less than [`EDGE`].
+const HALVINGS: u32 = 40;
 
 impl GapInterpolant {
     /// Between the states at the ends of a step.
@@ -74,6 +78,20 @@ impl GapInterpolant {
             part = if next > 0.0 && next < 1.0 { next } else { part };
         }
         part
+    }
+
+    /// The part of the step at which the overlap first passes a level, but for its very ends.
+    pub(crate) fn first_passage(&self, level_m: f64) -> Option<f64> {
+        let is_above = |part: f64| self.overlap_m(part) > level_m;
+        let at_first = is_above(EDGE);
+        let turn =
+            (self.slope(EDGE) * self.slope(1.0) < 0.0).then(|| self.turn()).filter(|turn| *turn > EDGE);
+        let passed = turn.into_iter().chain([1.0 - EDGE]).find(|part| is_above(*part) != at_first)?;
+        let halved = (0..HALVINGS).fold([EDGE, passed], |[before, behind], _| {
+            let middle = 0.5 * (before + behind);
+            if is_above(middle) == at_first { [middle, behind] } else { [before, middle] }
+        });
+        Some(halved[1])
     }
 }
 

@@ -1,6 +1,7 @@
 //! The march of one integration: steps and their control, switches, outputs.
 
 use super::control::Control;
+use super::opening::Openings;
 use super::recorded_steps::RecordedSteps;
 use super::run_request::{Pacing, RunRequest};
 use super::{
@@ -20,6 +21,8 @@ use crate::{
 
 /// Switches of strikers' contacts without a whole step in between beyond which a run is given up.
 const MAX_SWITCHES: u32 = 1000;
+/// Times that a step is cut at a contact that opens or closes: with each the course between its ends is better known.
+const MAX_CUTS: u32 = 4;
 /// Outputs at which the energy is booked.
 const ENERGY_BOOKINGS: usize = 512;
 /// Bodies ahead of the front move by less than this part of the accuracy.
@@ -37,6 +40,8 @@ pub(crate) struct Run<'a, R> {
     pub(crate) record: R,
     pub(crate) ledger: Ledger,
     control: Control,
+    /// Contacts at whose opening and closing steps end, where their lengths are free.
+    openings: Option<Openings>,
     steps: u64,
     /// Of the strikers in front and at the far end.
     contact_switch_times_s: [Vec<f64>; 2],
@@ -125,6 +130,8 @@ impl<'a, R: Record> Run<'a, R> {
             Pacing::Constant { .. } => NEGLIGIBLE_AT_CONSTANT_STEPS,
             Pacing::Adaptive { accuracy, .. } => NEGLIGIBLE * accuracy,
         };
+        let is_adaptive = matches!(order.pacing, Pacing::Adaptive { .. });
+        let openings = is_adaptive.then(|| Openings::of(chain, &model));
         let front = Front::new((order.bodies == Bodies::Reached).then_some(negligible), model.n_masses());
         front.begin(&mut state);
         let mut run = Self {
@@ -133,6 +140,7 @@ impl<'a, R: Record> Run<'a, R> {
             record,
             ledger: Ledger::new(&model, &state),
             control,
+            openings,
             steps: 0,
             contact_switch_times_s: [Vec::new(), Vec::new()],
             force_evaluations: 0,
@@ -231,6 +239,9 @@ impl<'a, R: Record> Run<'a, R> {
                 effort.count(time_s, || Pace::new(self.chain).omega_reached(&self.ledger))?;
             }
             self.rung.advance(&self.model, state, TimeStep { time_s, h_s }, ahead);
+            if self.control.permits(self.rung.local_error(), h_s) {
+                h_s = self.end_at_opening(TimeStep { time_s, h_s }, state, ahead);
+            }
             let Some(shorter_s) = self.control.judge(self.rung.local_error(), h_s) else { break };
             if shorter_s < self.control.least_s {
                 if self.model.gap_jumps(state, ahead) {
@@ -246,6 +257,25 @@ impl<'a, R: Record> Run<'a, R> {
         self.steps += 1;
         self.force_evaluations += (self.rung.evaluations() - before) * state.active as u64;
         Ok(cut.map_or((h_s, None), |(part_s, end)| (part_s, Some(end))))
+    }
+
+    /// Ends a step where a contact between bodies opens or closes within it; returns its length.
+    fn end_at_opening(&mut self, step: TimeStep, state: &ChainState, ahead: &mut ChainState) -> f64 {
+        let mut h_s = step.h_s;
+        let Some(openings) = &self.openings else { return h_s };
+        for _ in 0..MAX_CUTS {
+            let tried = TimeStep { h_s, ..step };
+            let least_m = self.control.least_error_m();
+            let Some(part) = openings.first_within(&self.model, [state, ahead], tried, least_m) else {
+                break;
+            };
+            if part * h_s < self.control.least_s {
+                break;
+            }
+            h_s *= part;
+            self.rung.advance(&self.model, state, TimeStep { h_s, ..step }, ahead);
+        }
+        h_s
     }
 
     fn switch(
