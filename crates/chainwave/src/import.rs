@@ -18,14 +18,14 @@ use std::path::Path;
 use chainwave_analysis::{FrontSettings, MeasureSettings, Measurement, Missing, measure};
 use chainwave_experiment::{add_unresolved_motion, first_to_leave_rest};
 use chainwave_measurement::{BodyTrack, Observation};
-use chainwave_stitching::{Settings, Stitched, merge, outliers};
+use chainwave_stitching::{Settings, Stitched, merge, outliers, take_out_wild};
 use serde_json::json;
 
 use self::layout::Layout;
 use self::mapping::{Displacement, Mapping, Zero};
 use self::numbers::Numbers;
 use self::program::Program;
-use self::remarks::remarks;
+use self::remarks::{remarks, wild_remarks};
 use self::tracks::{Spot, Track};
 use crate::cli;
 use crate::digits::{counted, with_sigma};
@@ -57,6 +57,7 @@ pub(crate) fn import(arguments: &cli::Import) -> Result<Outcome, Error> {
     let rest_until_s = mapping.time.rest_until_s;
     check_rest(&arguments.mapping, &observations, rest_until_s)?;
     let settings = Settings { rest_until_s, ..Settings::new(mapping.chain.n_bodies, 0.0) };
+    let of_wild = wild_remarks(&take_out_wild(&mut observations), &observations);
     let left_out = outliers(&observations, &settings)?;
     for outlier in left_out.iter().rev() {
         observations.remove(outlier.index);
@@ -64,7 +65,7 @@ pub(crate) fn import(arguments: &cli::Import) -> Result<Outcome, Error> {
     }
     let of_rest = observations.iter().filter_map(|one| motion_at_rest(one, rest_until_s));
     let mut stitched = merge(&observations, &settings)?;
-    stitched.warnings.extend(of_rest);
+    stitched.warnings.extend(of_wild.into_iter().chain(of_rest));
     stitched.warnings.extend(add_unresolved_motion(&mut stitched.motion, &observations, rest_until_s));
     let measurement = measured(&mapping, &stitched)?;
     stitched.warnings.extend(remarks(&observations, rest_until_s, &measurement));

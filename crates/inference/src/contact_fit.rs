@@ -28,7 +28,9 @@ mod search;
 mod statistics;
 
 pub use error::ContactFitError;
-pub use outcome::{ContactFit, Hysteresis, LawOnProfile, PARAMETERS, Profile, Residual, Zero};
+pub use outcome::{
+    ContactFit, Hysteresis, LawOnProfile, OutlyingReading, PARAMETERS, Profile, Residual, Zero,
+};
 
 use chainwave_measurement::Estimate;
 use nalgebra::DMatrix;

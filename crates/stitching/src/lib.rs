@@ -26,6 +26,7 @@
 //!
 //! - [`Observation`]: the tracked bodies of one recording, in metres;
 //! - [`outliers`]: the recordings that contradict the others of their view, with the evidence;
+//! - [`take_out_wild`]: single readings that are far from those before and after them;
 //! - [`merge`]: observations -> [`Stitched`], which holds the [`ChainMotion`] and each recording's alignment;
 //! - [`averaged`]: another coordinate of the same recordings (across the chain, rotation), by the alignment that was found;
 //! - [`refine_stages`]: where the camera stood, from the bodies that views share. Displacements from rest do not depend on it.
@@ -99,6 +100,7 @@ mod stitched;
 mod time_base;
 mod trigger_scatter;
 mod untied;
+mod wild;
 
 pub use assumptions::Assumption;
 pub use averaged::averaged;
@@ -116,3 +118,4 @@ pub use stages::{StageStep, refine_stages};
 pub use stated_response::{HigherOrders, ModelResponse, StatedResponse};
 pub use stitched::{Alignment, AlignmentPhase, Stitched, Unsettled};
 pub use untied::{MeanOff, UntiedGroup};
+pub use wild::{WildReading, take_out_wild};

@@ -2,8 +2,10 @@
 
 use chainwave_analysis::Measurement;
 use chainwave_measurement::Observation;
+use chainwave_stitching::WildReading;
 
 use super::order;
+use crate::digits::counted;
 
 /// Standard deviations by which an error at rest is told to be another than stated.
 const TOLD_SIGMAS: f64 = 5.0;
@@ -26,6 +28,25 @@ pub(super) fn remarks(
         .chain(beyond_all(measurement))
         .chain(order::remarks(observations, rest_until_s))
         .collect()
+}
+
+/// What is to be said of the readings of each trial that were taken out.
+pub(super) fn wild_remarks(wild: &[WildReading], observations: &[Observation]) -> Vec<String> {
+    let of_trial = |(index, observation): (usize, &Observation)| {
+        let own: Vec<&WildReading> = wild.iter().filter(|one| one.index == index).collect();
+        let farthest = own.iter().max_by(|a, b| a.off_m.abs().total_cmp(&b.off_m.abs()))?;
+        Some(format!(
+            "{}: {} left out that {} far from those before and after, the farthest of body {} at {:.3} ms by {:+.2e} m (hint: did the \
+             tracker jump to another mark?)",
+            observation.recording,
+            counted(own.len(), "reading"),
+            if own.len() == 1 { "is" } else { "are" },
+            farthest.body,
+            1e3 * farthest.time_s,
+            farthest.off_m
+        ))
+    };
+    observations.iter().enumerate().filter_map(of_trial).collect()
 }
 
 /// Speeds of waves in chains, in metres a second: those of the slowest that fall under their weight, and beyond sound in any solid.

@@ -13,7 +13,22 @@ pub(super) fn ambiguities(fit: &ContactFit) -> Vec<String> {
     found.extend(of_pairs(fit));
     found.push(of_zero(fit));
     found.extend(of_the_residuals(fit));
+    found.extend(of_outliers(fit));
     found
+}
+
+/// Readings that lie far out.
+fn of_outliers(fit: &ContactFit) -> Option<String> {
+    let outlier = fit.residual.outlier?;
+    let like_it = match outlier.n_like_it {
+        1 => "no other does".to_owned(),
+        n => format!("so do {} others", n - 1),
+    };
+    Some(format!(
+        "outliers: the reading at an overlap of {:.3e} m lies {:+.2e} N, {:.0} deviations of the residuals, from the law, and {like_it}; they bend the law \
+         and widen every sigma (hint: fit the curve without them)",
+        outlier.overlap_m, outlier.off_n, outlier.deviations
+    ))
 }
 
 /// The range of p, and what delta_0, a and k_0 do along it.

@@ -153,7 +153,7 @@ impl Curve {
     }
 
     /// Noise of one force from how far readings lie off the line between their neighbours: their median, so that kinks do not
-    /// count.
+    /// count; and at least that of the rounding to the steps in which forces were read.
     pub(super) fn noise_n(&self) -> f64 {
         let off_line = |i: usize| {
             let (x, f) = (&self.overlap_m[i - 1..=i + 1], &self.force_n[i - 1..=i + 1]);
@@ -162,7 +162,16 @@ impl Curve {
             let off_n = f[1] - (1.0 - weight) * f[0] - weight * f[2];
             off_n.abs() / (1.0 + (1.0 - weight).powi(2) + weight * weight).sqrt()
         };
-        robust_sigma_about_zero((1..self.len() - 1).map(off_line)).unwrap_or(0.0)
+        let off_lines_n = robust_sigma_about_zero((1..self.len() - 1).map(off_line)).unwrap_or(0.0);
+        off_lines_n.max(self.step_n() / 12.0_f64.sqrt())
+    }
+
+    /// The least difference of neighbouring forces that differ: of a digital load cell, its step.
+    fn step_n(&self) -> f64 {
+        let differences_n = self.force_n.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+        let least_n =
+            differences_n.filter(|step_n| *step_n > self.rounding_n()).fold(f64::INFINITY, f64::min);
+        if least_n.is_finite() { least_n } else { 0.0 }
     }
 
     /// Number of readings before contact, 0 where there are none to be seen: the force there is flat, against the slope of

@@ -95,6 +95,21 @@ pub struct Residual {
     pub n_readings: usize,
     /// Readings less fitted parameters.
     pub degrees_of_freedom: usize,
+    /// The reading farthest from the law, where that is farther than the others' errors take one.
+    pub outlier: Option<OutlyingReading>,
+}
+
+/// A reading that lies farther from the law than the errors of the others take one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OutlyingReading {
+    /// Its overlap, in metres.
+    pub overlap_m: f64,
+    /// Its force less the law's, in newtons.
+    pub off_n: f64,
+    /// The same over the standard deviation of the residuals, as their median tells it.
+    pub deviations: f64,
+    /// Readings that lie as far out, this one among them.
+    pub n_like_it: usize,
 }
 
 /// Work on the way in and on the way back, over the overlaps that both cover.

@@ -1,18 +1,20 @@
 //! Noise, covariance and derived parameters of a fitted law, and Student's factor.
 
-use chainwave_measurement::Estimate;
+use chainwave_measurement::{Estimate, robust_sigma_about_zero};
 use chainwave_mechanics::PowerLaw;
 use nalgebra::{DMatrix, DVector};
 
 use super::curve::Curve;
 use super::error::ContactFitError;
-use super::outcome::{PARAMETERS, Residual};
+use super::outcome::{OutlyingReading, PARAMETERS, Residual};
 use super::search::{Minimum, Unknowns, jacobian, residuals};
 
 /// A correlation of white residuals, in its standard errors.
 const WHITE: f64 = 3.0;
 /// Residuals known to follow each other more closely than this leave no estimate of what they cost.
 const CLOSEST: f64 = 0.99;
+/// A residual that normal noise has in none of 10^8 readings, in standard deviations.
+const OUTLYING: f64 = 6.0;
 /// Rounding of forces, relative to the largest: the least noise that a fit can have.
 const ROUNDING: f64 = 1e-14;
 
@@ -46,7 +48,26 @@ pub(super) fn residual(curve: &Curve, minimum: &Minimum, unknowns: Unknowns) -> 
         widening,
         n_readings: n,
         degrees_of_freedom,
+        outlier: outlier(curve, &residuals),
     }
+}
+
+/// The reading farthest out, and how many there are, where noise takes none so far and its neighbours do not follow it as a misfit's do.
+fn outlier(curve: &Curve, residuals: &DVector<f64>) -> Option<OutlyingReading> {
+    let sigma_n = robust_sigma_about_zero(residuals.iter().copied())?.max(curve.rounding_n());
+    let amount_n = |i: usize| residuals.get(i).map_or(0.0, |residual_n| residual_n.abs());
+    let stands_alone = |i: &usize| {
+        let beside_n = amount_n(i.wrapping_sub(1)).max(amount_n(i + 1));
+        amount_n(*i) > OUTLYING * sigma_n && amount_n(*i) > 2.0 * beside_n
+    };
+    let alone: Vec<usize> = (0..residuals.len()).filter(stands_alone).collect();
+    let farthest = *alone.iter().max_by(|a, b| amount_n(**a).total_cmp(&amount_n(**b)))?;
+    Some(OutlyingReading {
+        overlap_m: curve.overlap_m[farthest],
+        off_n: -residuals[farthest],
+        deviations: amount_n(farthest) / sigma_n,
+        n_like_it: alone.len(),
+    })
 }
 
 /// Variance of a sum of many residuals over that of as many independent ones; 1 where they may well be independent. Two tests see

@@ -93,3 +93,35 @@ fn laws_along_the_profile_fit_as_well_and_keep_k_0() {
     assert!(change(|law| law.a) > 10.0 * change(PowerLaw::k_0_n_per_m));
     assert!(fit.correlation[0][2] < -0.98 && fit.correlation[1][2] < -0.98, "{:?}", fit.correlation);
 }
+
+#[test]
+fn one_wild_reading_is_named_and_noise_is_not() {
+    let law = PowerLaw::new(8.5e5, 1e-4, 1.4).unwrap();
+    for seed in 0..20 {
+        let mut curve = noisy(&law, ramp(0.0, 6e-4, 300), 0.03, seed);
+        assert_eq!(fitted(&curve).residual.outlier, None);
+        curve.1[120] += 3.0;
+        let named = fitted(&curve).residual.outlier.unwrap();
+        // The law that is bent by it follows it by a few of 300 equal weights.
+        assert!(named.n_like_it == 1 && (named.off_n - 3.0).abs() < 0.3, "{named:?}");
+        assert!((named.overlap_m - curve.0[120]).abs() < 1e-12);
+    }
+}
+
+/// A load cell that reads in steps larger than its noise: most readings lie on the line between their neighbours, and the steps are the noise.
+#[test]
+fn forces_in_steps_are_fitted() {
+    let law = PowerLaw::new(8.5e5, 1e-4, 1.4).unwrap();
+    let mut held = 0;
+    for seed in 0..20 {
+        let mut curve = noisy(&law, ramp(0.0, 6e-4, 2000), 0.03, seed);
+        for force_n in &mut curve.1 {
+            *force_n = (*force_n / 0.2).round() * 0.2;
+        }
+        let fit = fitted(&curve);
+        let k_0 = fit.estimates[4];
+        held += u32::from((k_0.value - law.k_0_n_per_m()).abs() < fit.factor_95 * k_0.sigma);
+    }
+    // Of 20 at 95 %, 15 and fewer have a probability of 3e-4.
+    assert!(held > 15, "{held} of 20");
+}
