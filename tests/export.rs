@@ -89,6 +89,13 @@ fn tables_go_to_csv_and_back() {
         for column in parquet.names() {
             assert_eq!(csv.full(&column), parquet.full(&column), "{name}, {column}");
         }
+        // And back with the kinds of their columns: as texts, a body is 1 and not 1.0.
+        let again = folder.path().join("again.parquet");
+        succeed(chainwave().arg("export").arg(out.join(name).with_extension("csv")).arg("--out").arg(&again));
+        let again = Table::read(&again);
+        for column in parquet.names() {
+            assert_eq!(again.texts(&column), parquet.texts(&column), "{name}, {column}");
+        }
     }
 }
 

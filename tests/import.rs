@@ -96,6 +96,46 @@ fn trials_in_columns_are_merged_and_the_step_has_its_speed() {
 }
 
 #[test]
+fn readings_that_stand_alone_are_left_out_and_named() {
+    let folder = TempDir::new().expect("a temporary folder can be made");
+    let trials = ["one.csv", "two.csv", "three.csv"];
+    trials.iter().zip([0.0, 0.0171, 0.0093]).for_each(|(name, late_s)| columns(folder.path(), name, late_s));
+    let mapping = mapping(folder.path(), &trials, OF_COLUMNS);
+    let peaks = |out: &str| {
+        let results = imported(&mapping, &folder.path().join(out));
+        assert_speed(&results);
+        let fronts = Table::read(&folder.path().join(out).join("front.parquet"));
+        (fronts.full("t_peak_s"), results["warnings"].to_string())
+    };
+    let (whole_s, warnings) = peaks("whole");
+    assert!(!warnings.contains("left out"), "{warnings}");
+    // Half a millimetre, for a frame and for three, where bodies 3 and 6 of the second trial pass.
+    let path = folder.path().join("two.csv");
+    let text = fs::read_to_string(&path).expect("it was written");
+    let moved = |(line, text): (usize, &str)| {
+        let column = match line {
+            // Two lines of heads; frames from 0.
+            362 => 1 + 2 * 2,
+            600..603 => 1 + 2 * 5,
+            _ => return text.to_owned(),
+        };
+        let cell = |(at, cell): (usize, &str)| match at == column {
+            true => format!("{:.4}", cell.parse::<f64>().expect("a number") + 0.5),
+            false => cell.to_owned(),
+        };
+        text.split(',').enumerate().map(cell).collect::<Vec<_>>().join(",")
+    };
+    let lines: Vec<String> = text.lines().enumerate().map(moved).collect();
+    fs::write(&path, lines.join("\n")).expect("it can be written");
+    let (found_s, warnings) = peaks("wild");
+    assert!(warnings.contains("two.csv: 4 readings left out"), "{warnings}");
+    // Without them two trials of three are left there, and a peak is read to a few thousandths of a frame.
+    for (found_s, whole_s) in found_s.iter().zip(whole_s) {
+        assert!((found_s - whole_s).abs() < 0.02 / RATE_HZ, "{found_s} {whole_s}");
+    }
+}
+
+#[test]
 fn a_pitch_in_other_units_is_asked_about_and_results_of_a_run_are_left_alone() {
     let folder = TempDir::new().expect("a temporary folder can be made");
     columns(folder.path(), "one.csv", 0.0);

@@ -10,6 +10,7 @@ mod pixels;
 mod quirks;
 mod setup;
 
+use std::collections::BTreeSet;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -53,6 +54,8 @@ fn open(path: &Path, options: &OpenOptions) -> Opened {
     warnings.extend(clock.unused_rate(options));
     warnings.extend(clock.warnings);
     warnings.extend(cut);
+    let overlapping = overlapping(&frames, &layout);
+    warnings.extend(overlap_warning(&frames, &overlapping));
     warnings.extend(layout.take_stored_depth(bytes, frames[0]));
     let info = RecordingInfo {
         format: layout.storage.name().into(),
@@ -69,7 +72,7 @@ fn open(path: &Path, options: &OpenOptions) -> Opened {
         warnings,
     };
     expect_pieces(&map);
-    let images = CineImages { path: path.into(), map, layout, frames };
+    let images = CineImages { path: path.into(), map, layout, frames, overlapping };
     Ok(Box::new(FileRecording::new(path, info, images, options)))
 }
 
@@ -80,6 +83,8 @@ struct CineImages {
     layout: PixelLayout,
     /// Offset of each frame's head, in bytes from the start of the file.
     frames: Vec<u64>,
+    /// Indices of those that lie where others do, in their order: which one is there is not known.
+    overlapping: Vec<usize>,
 }
 
 impl CineImages {
@@ -94,6 +99,11 @@ impl CineImages {
     fn image(&self, frame: usize) -> Result<&[u8], String> {
         let bytes = Bytes::new(&self.path, &self.map);
         let start = self.frames[frame];
+        if self.overlapping.binary_search(&frame).is_ok() {
+            return Err(format!(
+                "image pointer at byte {start}: expected a place of its own, found pixels of another frame there"
+            ));
+        }
         let head = bytes.u32("frame head", start).map_err(|error| error.to_string())?;
         self.layout.pixels(bytes, start, head).ok_or_else(|| {
             let n_bytes = self.layout.frame_bytes;
@@ -156,6 +166,26 @@ fn frame_offsets(
     }
     let cut = (frames.len() < n_stated).then(|| partial::warning(frames.len(), Some(n_stated)));
     Ok((frames, cut))
+}
+
+/// The frames whose pixels overlap those of others, by index: of a table of pointers that is damaged.
+fn overlapping(frames: &[u64], layout: &PixelLayout) -> Vec<usize> {
+    let size = layout.frame_bytes.saturating_add(FRAME_HEAD_BYTES);
+    let mut by_place: Vec<usize> = (0..frames.len()).collect();
+    by_place.sort_by_key(|frame| frames[*frame]);
+    let pairs = by_place.windows(2).filter(|pair| frames[pair[1]] - frames[pair[0]] < size);
+    let found: BTreeSet<usize> = pairs.flatten().copied().collect();
+    found.into_iter().collect()
+}
+
+fn overlap_warning(frames: &[u64], overlapping: &[usize]) -> Option<String> {
+    let first = *overlapping.first()?;
+    Some(format!(
+        "{} frames lie where others do, the first of them frame {first}, whose pointer says byte {}: none of them is read (hint: the table of image \
+         pointers is damaged; copy the file from the camera again)",
+        overlapping.len(),
+        frames[first]
+    ))
 }
 
 /// The error for a frame whose annotations leave no room for its pixels before the file ends.

@@ -194,6 +194,9 @@ pub(crate) fn read_frame(path: &Path) -> Result<DataFrame, Error> {
     }
     let table = Table::read_csv(path)?;
     let of = |name: &str| -> Result<Column, Error> {
+        if let Some(counts) = counts(&table.texts(name)?) {
+            return Ok(column(name, counts));
+        }
         // A column is one of numbers where each of its cells is one or empty.
         match table.numbers(name) {
             Ok(numbers) => Ok(column(name, numbers)),
@@ -202,6 +205,14 @@ pub(crate) fn read_frame(path: &Path) -> Result<DataFrame, Error> {
     };
     let columns = table.names().map(of).collect::<Result<Vec<_>, _>>()?;
     DataFrame::new_infer_height(columns).map_err(Error::table(path))
+}
+
+/// The whole numbers of a column whose cells are written as such, or empty: what is no count is written with a point.
+fn counts(cells: &[String]) -> Option<Vec<Option<u32>>> {
+    let is_count = |cell: &String| cell.bytes().all(|byte| byte.is_ascii_digit());
+    let written = cells.iter().any(|cell| !cell.is_empty()) && cells.iter().all(is_count);
+    let count = |cell: &String| if cell.is_empty() { Some(None) } else { cell.parse().ok().map(Some) };
+    written.then(|| cells.iter().map(count).collect()).flatten()
 }
 
 fn read_parquet(path: &Path) -> Result<DataFrame, Error> {

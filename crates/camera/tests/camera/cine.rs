@@ -1,5 +1,7 @@
 //! Files of known content, read back.
 
+use std::fs;
+
 use chainwave_camera::{CameraError, OpenOptions, open, open_with};
 use chainwave_measurement::{ReadError, Recording, Region};
 
@@ -355,4 +357,29 @@ fn frames_beyond_four_gigabytes_are_read() {
     let recording = open(&path).unwrap();
     let expected: Vec<f32> = file.frames[1].iter().map(|&code| code.into()).collect();
     assert_eq!(frame(&*recording, 1), expected);
+}
+
+/// Two equal pointers in the table: which of two frames lies there is not known, and the others are read.
+#[test]
+fn frames_in_the_same_place_are_named_and_not_read() {
+    let frames: Vec<Vec<u16>> = (1..=4).map(|seed| codes(64, 4095, seed)).collect();
+    let file = CineFile {
+        stamps: Some(stamps(-1, 4, 10_000.0)),
+        exposures: Some(vec![425_201; 4]),
+        frames,
+        ..CineFile::default()
+    };
+    let (_folder, path) = file.write();
+    let mut bytes = fs::read(&path).unwrap();
+    let pointers = u32::from_le_bytes(bytes[0x20..0x24].try_into().unwrap()) as usize;
+    let third = pointers + 16..pointers + 24;
+    bytes.copy_within(third, pointers + 8);
+    fs::write(&path, bytes).unwrap();
+    let recording = open(&path).unwrap();
+    assert!(has_warning(&*recording, "2 frames lie where others do, the first of them frame 1"));
+    let whole = Region::whole(16, 4);
+    let mut pixels = vec![0.0; 64];
+    let is_read: Vec<bool> =
+        (0..4).map(|index| recording.read_region(index, whole, &mut pixels).is_ok()).collect();
+    assert_eq!(is_read, [true, false, false, true]);
 }
