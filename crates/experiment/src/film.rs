@@ -195,7 +195,8 @@ impl<'a> Studio<'a> {
 
     fn take<'b>(&self, trial: &'b Trial, mut draw: Draw) -> Result<Take<'b>, Error> {
         let (seed, view) = (self.synthetic.seed, trial.view.into());
-        draw.striker_velocity_m_per_s *= self.faults().striker_factor(trial);
+        draw.striker_velocity_m_per_s *=
+            self.faults().striker_factor(trial) * self.synthetic.drive_factor(trial.view);
         draw.trigger_delay_s += view_trigger_s(seed, view, self.synthetic.trigger_view_s.get())?;
         Ok(Take {
             nominal_m_per_s: self.nominal(trial).value,

@@ -51,9 +51,9 @@ pub fn take_out_wild(observations: &mut [Observation]) -> Vec<WildReading> {
         .collect();
     for one in &wild {
         let observation = &mut observations[one.index];
-        let at = observation.times_s.iter().position(|time_s| *time_s == one.time_s);
+        let frame = observation.times_s.partition_point(|time_s| *time_s < one.time_s);
         let track = observation.bodies.iter_mut().find(|track| track.body == one.body);
-        if let Some(reading) = at.zip(track).and_then(|(at, track)| track.position_m.get_mut(at)) {
+        if let Some(reading) = track.and_then(|track| track.position_m.get_mut(frame)) {
             *reading = None;
         }
     }

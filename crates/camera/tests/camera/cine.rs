@@ -342,7 +342,7 @@ fn a_file_of_another_kind_is_refused_whatever_its_name() {
     for bytes in [b"".as_slice(), b"C", b"\0\0ordinary", b"II+*"] {
         let (folder, _) = written(b"");
         let path = folder.path().join("looks_like.cine");
-        std::fs::write(&path, bytes).unwrap();
+        fs::write(&path, bytes).unwrap();
         let error = open(&path).err().unwrap();
         assert!(matches!(error, CameraError::UnknownFormat { .. }), "{error}");
         assert!(error.to_string().contains("looks_like.cine") && error.to_string().contains("Phantom"));

@@ -33,6 +33,9 @@ pub struct FilmedView {
     /// Magnification about the middle of the picture; the trials table that stands beside the recordings states it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scale_px_per_m: Option<Positive>,
+    /// How strongly its trials are driven, over how strongly those of other views are; nothing states it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub drive_factor: Option<Positive>,
 }
 
 /// How fast, how long and how large a view is filmed.
@@ -81,6 +84,12 @@ impl Synthetic {
     /// The rate that the recordings of a view state where that is not the true one.
     pub(crate) fn stated_rate_hz(&self, view: u32) -> Option<f64> {
         self.views.iter().find(|entry| entry.view == view)?.stated_rate_hz.map(Positive::get)
+    }
+
+    /// How strongly the trials of a view are driven, over how strongly all are.
+    pub(crate) fn drive_factor(&self, view: u32) -> f64 {
+        let of_view = self.views.iter().find(|entry| entry.view == view);
+        of_view.and_then(|entry| entry.drive_factor).map_or(1.0, Positive::get)
     }
 
     /// How a view is filmed.

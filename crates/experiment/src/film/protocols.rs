@@ -43,6 +43,11 @@ impl Protocol {
         Self { name: "days", causes: &[], follow: |lab| days(lab, true) },
         Self { name: "days_not_stated", causes: &["magnified"], follow: |lab| days(lab, false) },
         Self { name: "one_body", causes: APART, follow: |lab| one_body(lab, Neighbour::Unseen) },
+        Self {
+            name: "one_body_struck_harder",
+            causes: &["by the chain model"],
+            follow: one_body_struck_harder,
+        },
         Self { name: "one_body_and_next", causes: &[], follow: |lab| one_body(lab, Neighbour::AtFirst) },
         Self { name: "one_body_one_trial", causes: APART, follow: one_body_one_trial },
         Self { name: "trigger_jitter", causes: APART, follow: |lab| triggers(lab, [150e-6, 0.0], false) },
@@ -109,6 +114,7 @@ const AS_ALL: FilmedView = FilmedView {
     first_image: None,
     n_frames: None,
     scale_px_per_m: None,
+    drive_factor: None,
 };
 
 /// Views at the camera's rate, at 1.6 and at 0.7 of it, for as long.
@@ -240,6 +246,16 @@ fn width_px(lab: &Laboratory<'_>, neighbour: Neighbour) -> usize {
         Packing::Bits8 | Packing::Bits16 => 1,
     };
     (width_px as usize).next_multiple_of(group)
+}
+
+/// The camera before one body after the other, of which one was struck harder in all trials: no other view tells that.
+fn one_body_struck_harder(lab: &mut Laboratory<'_>) -> Result<(), Error> {
+    const HARDER: f64 = 1.2;
+    one_body(lab, Neighbour::Unseen)?;
+    let views = views(lab.trials);
+    let view = views[views.len() / 2];
+    lab.synthetic.views = vec![FilmedView { view, drive_factor: positive(HARDER), ..AS_ALL }];
+    Ok(())
 }
 
 fn one_body_one_trial(lab: &mut Laboratory<'_>) -> Result<(), Error> {
