@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use chainwave_measurement::{BodyTrack, Observation, median};
+use chainwave_measurement::{BodyTrack, Observation, robust_sigma_about_zero};
 
 /// A reading that was taken out.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,8 +33,6 @@ const LEAST_READINGS: usize = 20;
 const LONGEST: usize = 8;
 /// Readings on each side that a cubic goes through.
 const BESIDE: usize = 2;
-/// Median distance of normal numbers from their mean, in standard deviations.
-const MEDIAN_DEVIATION: f64 = 0.674_489_750_196_081_7;
 
 /// Takes out readings that stand alone, up to eight in a row: far from what the readings before and after them lead to, while those agree with
 /// one another, and not at the same time in half of the other recordings.
@@ -111,8 +109,8 @@ fn wild_of(index: usize, observation: &Observation, track: &BodyTrack) -> Vec<Wi
         return wild;
     }
     let off = (0..seen.len()).filter_map(|at| off_m(&seen, at, &(at..at + 1)));
-    let Some(usual_m) = median(off.map(f64::abs).collect()) else { return wild };
-    let least_m = SIGMAS * (usual_m / MEDIAN_DEVIATION).max(quantum_m(&seen));
+    let Some(sigma_m) = robust_sigma_about_zero(off) else { return wild };
+    let least_m = SIGMAS * sigma_m.max(quantum_m(&seen));
     for length in 1..=LONGEST {
         let mut first = 0;
         while first + length <= seen.len() {
@@ -151,14 +149,15 @@ fn stands_alone(seen: &[[f64; 2]], stretch: &Range<usize>, least_m: f64) -> bool
 fn off_m(seen: &[[f64; 2]], at: usize, left_out: &Range<usize>) -> Option<f64> {
     let before = (0..at).rev().filter(|near| !left_out.contains(near)).take(BESIDE);
     let behind = (at + 1..seen.len()).filter(|near| !left_out.contains(near)).take(BESIDE);
-    let nodes: Vec<[f64; 2]> = before.chain(behind).map(|near| seen[near]).collect();
+    let mut nodes = [[0.0; 2]; 2 * BESIDE];
+    let n_nodes = nodes.iter_mut().zip(before.chain(behind)).map(|(node, near)| *node = seen[near]).count();
     let [time_s, value_m] = seen[at];
     let weight = |own: usize| {
         let others = nodes.iter().enumerate().filter(|(other, _)| *other != own);
         others.map(|(_, [t, _])| (time_s - t) / (nodes[own][0] - t)).product::<f64>()
     };
     let expected_m = nodes.iter().enumerate().map(|(own, [_, x])| weight(own) * x).sum::<f64>();
-    (nodes.len() == 2 * BESIDE).then_some(value_m - expected_m)
+    (n_nodes == 2 * BESIDE).then_some(value_m - expected_m)
 }
 
 /// The least difference between neighbouring readings that differ: numbers may be rounded to it.

@@ -83,18 +83,21 @@ impl Footage {
 impl Synthetic {
     /// The rate that the recordings of a view state where that is not the true one.
     pub(crate) fn stated_rate_hz(&self, view: u32) -> Option<f64> {
-        self.views.iter().find(|entry| entry.view == view)?.stated_rate_hz.map(Positive::get)
+        self.entry(view)?.stated_rate_hz.map(Positive::get)
     }
 
     /// How strongly the trials of a view are driven, over how strongly all are.
     pub(crate) fn drive_factor(&self, view: u32) -> f64 {
-        let of_view = self.views.iter().find(|entry| entry.view == view);
-        of_view.and_then(|entry| entry.drive_factor).map_or(1.0, Positive::get)
+        self.entry(view).and_then(|entry| entry.drive_factor).map_or(1.0, Positive::get)
     }
 
     /// How a view is filmed.
     pub(crate) fn footage(&self, view: u32) -> Footage {
-        self.footage_of(self.views.iter().find(|entry| entry.view == view))
+        self.footage_of(self.entry(view))
+    }
+
+    fn entry(&self, view: u32) -> Option<&FilmedView> {
+        self.views.iter().find(|entry| entry.view == view)
     }
 
     /// The time from the first image of any view to beyond the last one.

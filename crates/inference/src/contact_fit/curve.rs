@@ -168,9 +168,9 @@ impl Curve {
 
     /// The least difference of neighbouring forces that differ: of a digital load cell, its step.
     fn step_n(&self) -> f64 {
+        let rounding_n = self.rounding_n();
         let differences_n = self.force_n.windows(2).map(|pair| (pair[1] - pair[0]).abs());
-        let least_n =
-            differences_n.filter(|step_n| *step_n > self.rounding_n()).fold(f64::INFINITY, f64::min);
+        let least_n = differences_n.filter(|step_n| *step_n > rounding_n).fold(f64::INFINITY, f64::min);
         if least_n.is_finite() { least_n } else { 0.0 }
     }
 

@@ -9,7 +9,7 @@ use crate::integrator::step::TimeStep;
 /// such a bend errs by more than its estimate, which takes forces to be smooth, can tell.
 ///
 /// None where dashpots end with their contacts: there the force jumps, which estimates do see, and the steps close in on it by themselves.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct Openings {
     contacts: Vec<OpeningContact>,
 }
@@ -27,7 +27,7 @@ struct OpeningContact {
 impl Openings {
     pub(crate) fn of(chain: &Chain, model: &ChainModel<'_>) -> Self {
         if chain.has_dashpots_that_end() {
-            return Self { contacts: Vec::new() };
+            return Self::default();
         }
         let struck = |gap: usize| {
             RowEnd::BOTH

@@ -40,8 +40,8 @@ pub(crate) struct Run<'a, R> {
     pub(crate) record: R,
     pub(crate) ledger: Ledger,
     control: Control,
-    /// Contacts at whose opening and closing steps end, where their lengths are free.
-    openings: Option<Openings>,
+    /// Contacts at whose opening and closing steps end; none where their lengths are not free.
+    openings: Openings,
     steps: u64,
     /// Of the strikers in front and at the far end.
     contact_switch_times_s: [Vec<f64>; 2],
@@ -131,7 +131,7 @@ impl<'a, R: Record> Run<'a, R> {
             Pacing::Adaptive { accuracy, .. } => NEGLIGIBLE * accuracy,
         };
         let is_adaptive = matches!(order.pacing, Pacing::Adaptive { .. });
-        let openings = is_adaptive.then(|| Openings::of(chain, &model));
+        let openings = if is_adaptive { Openings::of(chain, &model) } else { Openings::default() };
         let front = Front::new((order.bodies == Bodies::Reached).then_some(negligible), model.n_masses());
         front.begin(&mut state);
         let mut run = Self {
@@ -262,11 +262,10 @@ impl<'a, R: Record> Run<'a, R> {
     /// Ends a step where a contact between bodies opens or closes within it; returns its length.
     fn end_at_opening(&mut self, step: TimeStep, state: &ChainState, ahead: &mut ChainState) -> f64 {
         let mut h_s = step.h_s;
-        let Some(openings) = &self.openings else { return h_s };
         for _ in 0..MAX_CUTS {
             let tried = TimeStep { h_s, ..step };
             let least_m = self.control.least_error_m();
-            let Some(part) = openings.first_within(&self.model, [state, ahead], tried, least_m) else {
+            let Some(part) = self.openings.first_within(&self.model, [state, ahead], tried, least_m) else {
                 break;
             };
             if part * h_s < self.control.least_s {
