@@ -103,7 +103,7 @@ mod slow {
         // Another mass changes what follows from the tracks, and not the tracks.
         changed("mass_kg = 0.000455", "mass_kg = 0.000456");
         assert!(explained().contains("tracks: 15 of 15 recordings kept"));
-        changed("half_width_px = ", "half_width_px = 1");
+        changed("half_width_px = 8", "half_width_px = 7");
         let told = explained();
         assert!(
             told.contains("tracks: 0 of 15 recordings kept") && told.contains("differs in subsets"),

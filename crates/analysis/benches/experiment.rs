@@ -4,7 +4,7 @@ use std::hint::black_box;
 
 use chainwave_analysis::{MeasureSettings, exact_motion, measure};
 use chainwave_measurement::ChainMotion;
-use chainwave_mechanics::{Chain, Drive, FarEnd, MechanicsError, PowerLaw, Schedule, Striker, simulate};
+use chainwave_mechanics::{Chain, MechanicsError, PowerLaw, Schedule, simulate};
 
 fn main() {
     divan::main();
@@ -27,21 +27,8 @@ fn measure_with_200_replicas(bencher: divan::Bencher<'_, '_>) {
 }
 
 fn noisy_motion() -> Result<ChainMotion, MechanicsError> {
-    let chain = Chain {
-        mass_kg: vec![0.455e-3; N_BODIES],
-        damping_kg_per_s: vec![0.003; N_BODIES],
-        ground_stiffness_n_per_m: Vec::new(),
-        ground_law: None,
-        contact: PowerLaw::ELLIPTICAL_RING.into(),
-        drive: Drive::Striker(Striker {
-            mass_kg: 4.3e-3,
-            velocity_m_per_s: 2.73,
-            damping_kg_per_s: 0.2,
-            ground_damping_kg_per_s: 0.0,
-        }),
-        far_end: FarEnd::Free,
-    };
-    let mut motion = exact_motion(&simulate(&chain, &Schedule::automatic(0.022, FRAME_S))?.trajectory);
+    let mut motion =
+        exact_motion(&simulate(&Chain::of_rings(N_BODIES), &Schedule::automatic(0.022, FRAME_S))?.trajectory);
     motion.independent_sigma_m.fill(NOISE_M);
     motion.displacement_m.iter_mut().flatten().for_each(|x| x.sigma = NOISE_M);
     Ok(motion)

@@ -54,6 +54,21 @@ impl FalseRate {
         Self { what, level, told: told as u32, of: p_values.len() as u32, cases }
     }
 
+    /// Counts those of a column of a table of p-values: lines of `#` before names and rows, separated by commas. `None` without the
+    /// column, or where an entry is no number.
+    pub fn count_column(
+        what: &'static str,
+        cases: &'static str,
+        level: f64,
+        table: &str,
+        column: &str,
+    ) -> Option<Self> {
+        let mut lines = table.lines().filter(|line| !line.starts_with('#'));
+        let place = lines.next()?.split(',').position(|name| name == column)?;
+        let p_values = lines.map(|line| line.split(',').nth(place)?.parse().ok());
+        Some(Self::count(what, cases, level, &p_values.collect::<Option<Vec<f64>>>()?))
+    }
+
     /// The share, with its binomial standard error (of none or all: that of one more or less).
     pub fn share(&self) -> Estimate {
         let n = f64::from(self.of.max(1));

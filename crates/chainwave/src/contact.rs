@@ -42,6 +42,8 @@ struct Residual {
     rms_n: f64,
     largest_n: f64,
     noise_n: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    overlap_noise_m: Option<f64>,
     autocorrelation: f64,
     widening: f64,
     n_readings: usize,
@@ -144,6 +146,7 @@ impl<'a> Details<'a> {
                 rms_n: residual.rms_n,
                 largest_n: residual.largest_n,
                 noise_n: residual.noise_n,
+                overlap_noise_m: residual.overlap_noise_m,
                 autocorrelation: residual.autocorrelation,
                 widening: residual.widening,
                 n_readings: residual.n_readings,

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use chainwave_measurement::Trajectory;
-use chainwave_mechanics::{Chain, Drive, FarEnd, PowerLaw, Schedule, Striker, simulate};
+use chainwave_mechanics::{Chain, PowerLaw, Schedule, simulate};
 use chainwave_synthetic::{
     Camera, CompressionTest, Effects, FileFaults, Marker, Packing, Ring, Rods, Scene, Sensor, Shot, Specimen,
     Tones, compression_curve, film,
@@ -108,22 +108,8 @@ fn view_of_one_trial(folder: &Path) -> Result<(), Error> {
 
 /// The chain of the paper, damped, over the time of the sample.
 fn struck_chain() -> Result<Trajectory, Error> {
-    let chain = Chain {
-        mass_kg: vec![0.455e-3; 26],
-        damping_kg_per_s: vec![0.003; 26],
-        ground_stiffness_n_per_m: Vec::new(),
-        ground_law: None,
-        contact: PowerLaw::ELLIPTICAL_RING.into(),
-        drive: Drive::Striker(Striker {
-            mass_kg: 4.3e-3,
-            velocity_m_per_s: 2.73,
-            damping_kg_per_s: 0.2,
-            ground_damping_kg_per_s: 0.0,
-        }),
-        far_end: FarEnd::Free,
-    };
     let schedule = Schedule::automatic(0.01, 1e-5);
-    let trajectory = simulate(&chain, &schedule)?.trajectory;
+    let trajectory = simulate(&Chain::of_rings(26), &schedule)?.trajectory;
     let first_three = ndarray::s![..3, ..];
     Ok(Trajectory {
         times_s: trajectory.times_s,

@@ -1,4 +1,5 @@
-//! Something that stands still before the subsets: a cable, a rod, a scratched or dirty window, a letter on it.
+//! Something that stands still before the subsets, such as a cable, a rod, a scratched or dirty window, a letter on it; or behind them, such as
+//! ground in the corners of a subset that is larger than its marker.
 //!
 //! The reference shows it in front of the texture, and so does every frame, elsewhere on the texture. A match then sees two pictures of it that
 //! do not belong together, which no half or third of the subset is free of where it runs across; and it is the sharpest thing in there.
@@ -7,7 +8,12 @@
 //! which something stands keeps still. So the variance of a pixel over frames is held against the one that is foretold for it. Where that is
 //! much less in many pixels that hang together, they are no part of the picture, neither of the reference nor of the frames, and the subset is
 //! followed by the others. Tracks that a cover pulled aside foretell about as much variance as right ones.
+//!
+//! Ground is seen where the marker has gone from, and covered where it has gone to, so that its pixels do change, later on. But while the marker goes its
+//! first pixels, what is seen at its place in the reference is still the same, and what has gone along with the subset is not. Those pixels
+//! are no part of the reference; in other frames all are looked at.
 
+mod ground;
 mod pixels;
 
 use std::ops::Range;
@@ -26,12 +32,19 @@ const EXPLAINED_RATIO: f64 = 3.0;
 const WAY: [usize; 2] = [24, 2];
 /// Share of a subset's pixels from which on what seems to stand before it is something else, such as a motion that blurs it.
 const MOST_COVERED: f64 = 0.5;
+/// Pixels that a subset has gone, over which ground is told from what goes along: a texture has changed by a half of itself then, and a track that
+/// ground holds back is not yet lost.
+const FIRST_PX: [f64; 2] = [0.7, 12.0];
+/// Frames on that way that are looked at, evenly spread.
+const GROUND_FRAMES: usize = 16;
 
-/// Pixels of a recording before which something stands.
+/// Pixels of a recording that show something that stands still.
 #[derive(Debug, Clone)]
 pub struct Cover {
     width_px: usize,
     is_covered: Vec<bool>,
+    /// Frames in which they are left out; `None` for all of them.
+    frames: Option<Range<usize>>,
     subsets: Vec<(usize, f64)>,
 }
 
@@ -48,12 +61,7 @@ impl Cover {
         reference: &ReferenceFrames,
         tracks: &[&Track],
     ) -> Result<Option<Self>, CorrelationError> {
-        let info = recording.info();
-        let mut cover = Self {
-            width_px: info.width_px,
-            is_covered: vec![false; info.width_px * info.height_px],
-            subsets: Vec::new(),
-        };
+        let mut cover = Self::nothing(recording.info(), None);
         for (index, (subset, track)) in subsets.iter().zip(tracks).enumerate() {
             let frames = telling_frames(subset, track, reference);
             if frames.len() < LEAST_FRAMES {
@@ -65,13 +73,50 @@ impl Cover {
             if covered.is_empty() || share > MOST_COVERED {
                 continue;
             }
-            covered.into_iter().for_each(|[x, y]| cover.is_covered[y * info.width_px + x] = true);
-            cover.subsets.push((index, share));
+            cover.add(index, covered, share);
         }
         Ok((!cover.subsets.is_empty()).then_some(cover))
     }
 
-    /// The subsets that it stands before, by their number, each with the share of its pixels that are covered in the reference.
+    /// Ground that the reference shows beside markers that were followed, in the subsets themselves; `None` where that is nothing. Positions stand
+    /// in the order of the subsets, one for each frame.
+    ///
+    /// Frames that cannot be read tell nothing.
+    ///
+    /// # Errors
+    /// [`CorrelationError`] where the reference frames cannot be read.
+    pub fn ground(
+        recording: &dyn Recording,
+        subsets: &[Subset],
+        reference: &ReferenceFrames,
+        positions: &[&[Result<Position, Lost>]],
+    ) -> Result<Option<Self>, CorrelationError> {
+        let mut cover = Self::nothing(recording.info(), Some(reference.range()));
+        for (index, (subset, positions)) in subsets.iter().zip(positions).enumerate() {
+            let frames = first_frames(subset, positions);
+            if frames.len() < LEAST_FRAMES {
+                continue;
+            }
+            let staying = ground::staying(recording, subset, reference, &frames)?;
+            if let Some(staying) = staying.filter(|staying| staying.share <= MOST_COVERED) {
+                cover.add(index, staying.pixels, staying.share);
+            }
+        }
+        Ok((!cover.subsets.is_empty()).then_some(cover))
+    }
+
+    fn nothing(info: &RecordingInfo, frames: Option<Range<usize>>) -> Self {
+        let is_covered = vec![false; info.width_px * info.height_px];
+        Self { width_px: info.width_px, is_covered, frames, subsets: Vec::new() }
+    }
+
+    /// Adds pixels of a subset, by columns and rows, which are a share of it.
+    fn add(&mut self, subset: usize, pixels: Vec<[usize; 2]>, share: f64) {
+        pixels.into_iter().for_each(|[x, y]| self.is_covered[y * self.width_px + x] = true);
+        self.subsets.push((subset, share));
+    }
+
+    /// The subsets that show it, by their number, each with the share of its pixels that are covered in the reference.
     pub fn subsets(&self) -> &[(usize, f64)] {
         &self.subsets
     }
@@ -119,6 +164,9 @@ impl Recording for Uncovered<'_> {
 
     fn read_region(&self, frame: usize, region: Region, pixels: &mut [f32]) -> Result<(), ReadError> {
         self.recording.read_region(frame, region, pixels)?;
+        if self.cover.frames.as_ref().is_some_and(|frames| !frames.contains(&frame)) {
+            return Ok(());
+        }
         let rows = self.cover.is_covered.chunks_exact(self.cover.width_px.max(1)).skip(region.y);
         for (out, row) in pixels.chunks_exact_mut(region.width.max(1)).zip(rows) {
             let covered = out.iter_mut().zip(&row[region.x..region.x + region.width]);
@@ -151,6 +199,20 @@ fn telling_frames(subset: &Subset, track: &Track, reference: &ReferenceFrames) -
         *taken <= of_each
     };
     seen.into_iter().filter(|(_, position)| is_taken(position)).collect()
+}
+
+/// Frames on the first pixels of a track's way, in their order, with the readings.
+fn first_frames(subset: &Subset, positions: &[Result<Position, Lost>]) -> Vec<(usize, Position)> {
+    let [from_px, to_px] = FIRST_PX;
+    let is_on_way = |position: &Position| {
+        (from_px..to_px)
+            .contains(&(position.x_px.value - subset.x_px).hypot(position.y_px.value - subset.y_px))
+    };
+    let seen = positions.iter().enumerate();
+    let seen = seen.filter_map(|(frame, found)| Some((frame, *found.as_ref().ok()?)));
+    let on_way: Vec<(usize, Position)> = seen.filter(|(_, position)| is_on_way(position)).collect();
+    let step = on_way.len().div_ceil(GROUND_FRAMES).max(1);
+    on_way.into_iter().step_by(step).collect()
 }
 
 /// What a match leaves of the variance that it explains.

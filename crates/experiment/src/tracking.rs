@@ -25,7 +25,7 @@ use crate::recordings::view::{bodies_in_view, frames_at_rest};
 use crate::sanity::{MOTION_AT_REST, moving_light, of_tracks, rolling_shutter};
 use crate::setup::Setup;
 use crate::tracked::{Origin, Tracked, TrackedRecording};
-use crate::tracking::follow::{edges_beside, follow, threads_of_each};
+use crate::tracking::follow::{edges_beside, follow, ground_beside, threads_of_each};
 use crate::tracking::key::{Task, TrackKey};
 use crate::tracking::remarks::remarks;
 use crate::tracking::share::Share;
@@ -251,6 +251,7 @@ fn track_one(
     // What is kept holds the readings that are taken out, so that they come back when the correction goes.
     setup.corrections.exclude(&trial.recording, &mut tracks);
     let edges = edges_beside(recording.as_ref(), &subsets, &reference)?;
+    let ground = ground_beside(recording.as_ref(), &subsets, &reference, &tracks)?;
     let (trial, map) = (trial.clone(), setup.map_of(trial, recording.info()));
     let line_time_s = Estimate::new(setup.line_time_s(), 0.0);
     Ok(TrackedRecording {
@@ -265,6 +266,6 @@ fn track_one(
         frame_steps: Vec::new(),
         clock: 1.0,
         origin,
-        remarks: remarks(recording.info(), &edges).into_iter().chain(unread).collect(),
+        remarks: remarks(recording.info(), &edges, &ground).into_iter().chain(unread).collect(),
     })
 }

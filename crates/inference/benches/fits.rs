@@ -5,7 +5,7 @@ use std::num::NonZero;
 
 use chainwave_inference::{FitError, TrackModel, fit_tracks, scatter_of_bodies};
 use chainwave_measurement::{BodyTrack, Estimate, Observation, Trajectory};
-use chainwave_mechanics::{Chain, Drive, FarEnd, MechanicsError, PowerLaw, Schedule, Striker, simulate};
+use chainwave_mechanics::{Chain, Drive, MechanicsError, Schedule, Striker, simulate};
 use rand::{RngExt, SeedableRng};
 use rand_distr::StandardNormal;
 use rand_pcg::Pcg64;
@@ -22,18 +22,8 @@ const VELOCITY: Estimate = Estimate { value: 2.73, sigma: 0.05 };
 
 fn chain(velocity_m_per_s: f64) -> Chain {
     Chain {
-        mass_kg: vec![0.455e-3; N_BODIES],
-        damping_kg_per_s: vec![0.003; N_BODIES],
-        ground_stiffness_n_per_m: Vec::new(),
-        ground_law: None,
-        contact: PowerLaw::ELLIPTICAL_RING.into(),
-        drive: Drive::Striker(Striker {
-            mass_kg: 4.3e-3,
-            velocity_m_per_s,
-            damping_kg_per_s: 0.2,
-            ground_damping_kg_per_s: 0.0,
-        }),
-        far_end: FarEnd::Free,
+        drive: Drive::Striker(Striker { velocity_m_per_s, ..Striker::OF_RINGS }),
+        ..Chain::of_rings(N_BODIES)
     }
 }
 

@@ -4,7 +4,7 @@ use std::num::NonZero;
 
 use chainwave_inference::{FitError, TrackModel, fit_tracks};
 use chainwave_measurement::{BodyTrack, Estimate, Observation};
-use chainwave_mechanics::{Chain, Drive, FarEnd, PowerLaw, Schedule, Striker, simulate};
+use chainwave_mechanics::{Chain, Drive, PowerLaw, Schedule, Striker, simulate};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
@@ -34,18 +34,10 @@ fn main() -> Result<(), FitError> {
 
 fn chain(c_d: f64, c_s: f64, velocity_m_per_s: f64) -> Result<Chain, FitError> {
     Ok(Chain {
-        mass_kg: vec![0.455e-3; N_BODIES],
         damping_kg_per_s: vec![c_d; N_BODIES],
-        ground_stiffness_n_per_m: Vec::new(),
-        ground_law: None,
         contact: PowerLaw::new(60.1, 2.27e-3, 0.114)?.into(),
-        drive: Drive::Striker(Striker {
-            mass_kg: 4.3e-3,
-            velocity_m_per_s,
-            damping_kg_per_s: c_s,
-            ground_damping_kg_per_s: 0.0,
-        }),
-        far_end: FarEnd::Free,
+        drive: Drive::Striker(Striker { velocity_m_per_s, damping_kg_per_s: c_s, ..Striker::OF_RINGS }),
+        ..Chain::of_rings(N_BODIES)
     })
 }
 

@@ -6,8 +6,10 @@
 //! the fit gives their correlations, the range of p that the data cannot reject (profile likelihood), the laws along it,
 //! and sentences for people.
 //!
-//! *Noise.* The readings' errors are taken as independent, normal and equal, of forces only; their size comes from the residuals,
-//! so intervals take Student's factor ([`ContactFit::factor_95`]). Where residuals are correlated beyond chance, every sigma is widened
+//! *Noise.* The readings' errors are taken as independent and normal; their size comes from the residuals, so intervals take
+//! Student's factor ([`ContactFit::factor_95`]). All forces count alike unless the residuals tell that overlaps err
+//! ([`Residual::overlap_noise_m`]): an overlap off by e puts its force off by the curve's stiffness times e, so that those of the steep part scatter more
+//! (effective variance: Orear 1982, doi:10.1119/1.12972). Where residuals are correlated beyond chance, every sigma is widened
 //! by what that costs a smooth fit: sqrt((1 + r)/(1 - r)) of neighbours (a first-order process), or the root of one plus twice the sum
 //! of the correlations over more lags, whichever is larger.
 //!
@@ -21,6 +23,7 @@ mod branches;
 mod curve;
 mod error;
 mod law;
+mod noise;
 mod outcome;
 mod profile;
 mod pure_power;
@@ -37,9 +40,10 @@ use nalgebra::DMatrix;
 
 use branches::{Branches, branches, hysteresis};
 use curve::{Curve, LEAST_APPROACH, check_readings};
+use noise::OverlapNoise;
 use profile::Profiler;
 use pure_power::without_offset;
-use search::{Minimum, STARTS, Unknowns, search};
+use search::{Minimum, STARTS, Unknowns, descend, search};
 use statistics::{covariance, derived, residual, straightness, student};
 
 /// A load cell's offset or a curvature is real from this many standard uncertainties (with Student's factor).
@@ -88,14 +92,14 @@ fn find_zero(curve: &Curve, zero: Zero) -> Result<Found, ContactFitError> {
         zero => zero,
     };
     if zero == Zero::Contact {
-        return fit_best(curve.clone(), zero, curve.overlap_m[n_before]);
+        return fit_best(curve, zero, curve.overlap_m[n_before]);
     }
     let curve = curve.without_tension()?;
     if zero == Zero::LoadCell {
-        return fit_best(curve, zero, 0.0);
+        return fit_best(&curve, zero, 0.0);
     }
-    let mut stated = fit_best(curve.clone(), Zero::Stated, 0.0)?;
-    let Ok(with_offset) = fit_best(curve, Zero::LoadCell, 0.0) else { return Ok(stated) };
+    let mut stated = fit_best(&curve, Zero::Stated, 0.0)?;
+    let Ok(with_offset) = fit_best(&curve, Zero::LoadCell, 0.0) else { return Ok(stated) };
     if with_offset.residual.widening > 1.0 {
         return Ok(stated);
     }
@@ -107,14 +111,22 @@ fn find_zero(curve: &Curve, zero: Zero) -> Result<Found, ContactFitError> {
 }
 
 /// The best law of a curve once its zero is settled; contact begins at `start_m`, or near it where that is unknown.
-fn fit_best(curve: Curve, zero: Zero, start_m: f64) -> Result<Found, ContactFitError> {
+fn fit_best(curve: &Curve, zero: Zero, start_m: f64) -> Result<Found, ContactFitError> {
     let unknowns = Unknowns { p: true, offset: zero != Zero::Stated, start: zero == Zero::Contact };
-    check_curvature(&curve, unknowns, start_m)?;
-    let instead = |why| without_offset(&curve, start_m).unwrap_or(why);
-    let minimum = search(&curve, unknowns, start_m, &STARTS).map_err(instead)?;
-    let residual = residual(&curve, &minimum, unknowns);
-    let covariance = covariance(&curve, &minimum, unknowns, &residual).map_err(instead)?;
-    Ok(Found { curve, zero, unknowns, minimum, residual, covariance, neglected_offset_n: None })
+    check_curvature(curve, unknowns, start_m)?;
+    let instead = |why| without_offset(curve, start_m).unwrap_or(why);
+    let minimum = search(curve, unknowns, start_m, &STARTS).map_err(instead)?;
+    let with_overlap_noise = || {
+        let noise = OverlapNoise::of(curve, &minimum.parameters)?;
+        let curve = curve.weighted(noise.weights);
+        let minimum = descend(&curve, unknowns, minimum.parameters)?;
+        Some((curve, minimum, Some(noise.sigma_m)))
+    };
+    let (weighted, minimum, overlap_noise_m) =
+        with_overlap_noise().unwrap_or_else(|| (curve.clone(), minimum, None));
+    let residual = Residual { overlap_noise_m, ..residual(&weighted, &minimum, unknowns) };
+    let covariance = covariance(&weighted, &minimum, unknowns, &residual).map_err(instead)?;
+    Ok(Found { curve: weighted, zero, unknowns, minimum, residual, covariance, neglected_offset_n: None })
 }
 
 /// Refuses a straight line: with no curvature, any delta_0 fits as well with p = 1.

@@ -131,26 +131,13 @@ pub fn damping_rule() -> Rule {
 
 #[cfg(test)]
 mod tests {
-    use chainwave_mechanics::{FarEnd, PowerLaw, Striker};
+    use chainwave_mechanics::PowerLaw;
 
     use super::*;
 
     #[test]
     fn a_search_tries_no_dashpot_that_locks_the_strikers_contact() {
-        let chain = |contact: PowerLaw| Chain {
-            mass_kg: vec![0.455e-3; 5],
-            damping_kg_per_s: vec![0.003; 5],
-            ground_stiffness_n_per_m: Vec::new(),
-            ground_law: None,
-            contact: contact.into(),
-            drive: Drive::Striker(Striker {
-                mass_kg: 4.3e-3,
-                velocity_m_per_s: 2.73,
-                damping_kg_per_s: 0.2,
-                ground_damping_kg_per_s: 0.0,
-            }),
-            far_end: FarEnd::Free,
-        };
+        let chain = |contact: PowerLaw| Chain { contact: contact.into(), ..Chain::of_rings(5) };
         let (usual, frame_s) = (chain(PowerLaw::ELLIPTICAL_RING), 4e-5);
         let most = most_striker_damping_kg_per_s(&usual, frame_s);
         assert!((10.0..100.0).contains(&(most / critical_kg_per_s(&usual))), "{most}");

@@ -90,10 +90,9 @@ fn chain(contact: Contacts, c_d: f64, velocity_m_per_s: f64) -> Chain {
         ground_law: None,
         contact,
         drive: Drive::Striker(Striker {
-            mass_kg: 4.3e-3,
             velocity_m_per_s,
             damping_kg_per_s: C_S_KG_PER_S,
-            ground_damping_kg_per_s: 0.0,
+            ..Striker::OF_RINGS
         }),
         far_end: FarEnd::Free,
     }

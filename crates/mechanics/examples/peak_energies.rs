@@ -1,25 +1,14 @@
 //! Strikes the experiment's chain of 26 bodies and prints each gap's peak potential energy, with and without dampers.
 
-use chainwave_mechanics::{
-    Chain, Drive, FarEnd, MechanicsError, PowerLaw, Schedule, Simulation, Striker, simulate,
-};
+use chainwave_mechanics::{Chain, Drive, MechanicsError, Schedule, Simulation, Striker, simulate};
 
 /// Bodies of 0.455 g, 30 mm apart, on the contact law of a hollow elliptical cylinder.
 fn struck(damping_kg_per_s: f64, striker_damping_kg_per_s: f64) -> Result<Simulation, MechanicsError> {
-    let striker = Striker {
-        mass_kg: 4.3e-3,
-        velocity_m_per_s: 2.73,
-        damping_kg_per_s: striker_damping_kg_per_s,
-        ground_damping_kg_per_s: 0.0,
-    };
+    let striker = Striker { damping_kg_per_s: striker_damping_kg_per_s, ..Striker::OF_RINGS };
     let chain = Chain {
-        mass_kg: vec![0.455e-3; 26],
         damping_kg_per_s: vec![damping_kg_per_s; 26],
-        ground_stiffness_n_per_m: Vec::new(),
-        ground_law: None,
-        contact: PowerLaw::ELLIPTICAL_RING.into(),
         drive: Drive::Striker(striker),
-        far_end: FarEnd::Free,
+        ..Chain::of_rings(26)
     };
     simulate(&chain, &Schedule::automatic(0.02, 1e-4))
 }

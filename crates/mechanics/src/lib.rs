@@ -12,17 +12,13 @@
 //!   march: it chooses steps, leaves out bodies that the wave has not reached, books energies and peaks, and records outputs.
 //!
 //! ```
-//! use chainwave_mechanics::{Chain, Drive, FarEnd, PowerLaw, Schedule, Striker, simulate};
+//! use chainwave_mechanics::{Chain, Drive, PowerLaw, Schedule, Striker, simulate};
 //!
-//! let striker = Striker { mass_kg: 4.3e-3, velocity_m_per_s: 2.73, damping_kg_per_s: 0.2, ground_damping_kg_per_s: 0.0 };
+//! // The paper's chain, struck more slowly and by a law of one's own.
 //! let chain = Chain {
-//!     mass_kg: vec![0.455e-3; 26],
-//!     damping_kg_per_s: vec![0.003; 26],
-//!     ground_stiffness_n_per_m: Vec::new(),
-//!     ground_law: None,
 //!     contact: PowerLaw::new(60.1, 2.27e-3, 0.114)?.into(),
-//!     drive: Drive::Striker(striker),
-//!     far_end: FarEnd::Free,
+//!     drive: Drive::Striker(Striker { velocity_m_per_s: 1.89, ..Striker::OF_RINGS }),
+//!     ..Chain::of_rings(26)
 //! };
 //! let c_m_per_s = simulate(&chain, &Schedule::automatic(0.02, 1e-4))?.group_velocity_m_per_s(0.030);
 //! println!("the leading pulse runs at {c_m_per_s:?} m/s");

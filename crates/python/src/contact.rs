@@ -41,6 +41,7 @@ pub(crate) fn fit_contact(
             "rms_n": residual.rms_n,
             "largest_n": residual.largest_n,
             "noise_n": residual.noise_n,
+            "overlap_noise_m": residual.overlap_noise_m,
             "autocorrelation": residual.autocorrelation,
             "widening": residual.widening,
             "n_readings": residual.n_readings,

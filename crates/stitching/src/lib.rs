@@ -117,5 +117,5 @@ pub use spread::Spread;
 pub use stages::{StageStep, refine_stages};
 pub use stated_response::{HigherOrders, ModelResponse, StatedResponse};
 pub use stitched::{Alignment, AlignmentPhase, Stitched, Unsettled};
-pub use untied::{MeanOff, UntiedGroup};
+pub use untied::{Mean, MeanOff, UntiedGroup};
 pub use wild::{WildReading, take_out_wild};

@@ -17,16 +17,22 @@ pub struct UntiedGroup {
     pub trigger_sigma_s: f64,
 }
 
-/// Deviations from which on a mean lies farther off than its group's trials let expect: one sound mean in a hundred.
-const UNUSUAL: f64 = 2.58;
+/// What a group's trials have in the mean.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Mean {
+    /// How strongly they were driven.
+    Drive,
+    /// When they were triggered.
+    Trigger,
+}
 
-/// A mean, as something else tells it, that lies farther from the mean of all than the trials of its group let expect.
+/// A mean, as something else tells it, that lies farther from the mean of all than ninety-nine in a hundred, by the trials of its group.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeanOff {
     /// The group's first body.
     pub first_body: usize,
     /// Which mean.
-    pub of: ErrorSource,
+    pub of: Mean,
     /// How far it is off, in standard deviations of what was known of it.
     pub in_sigmas: Estimate,
 }
@@ -39,25 +45,26 @@ impl UntiedGroup {
         let beside_s = trigger_s.value - of_drive.value * self.trigger_by_drive_s;
         let sigma_s = trigger_s.sigma.hypot(of_drive.sigma * self.trigger_by_drive_s);
         let of_trigger = Estimate::new(beside_s, sigma_s).scaled(1.0 / self.trigger_sigma_s);
-        let means = [
-            (ErrorSource::MeanDrive { first_body }, self.drive_sigma, of_drive),
-            (ErrorSource::MeanTrigger { first_body }, self.trigger_sigma_s, of_trigger),
-        ];
-        let off = means.into_iter().filter(|(_, known, in_sigmas)| {
-            *known > 0.0 && in_sigmas.value.abs() > UNUSUAL * in_sigmas.sigma.hypot(1.0)
-        });
+        let means =
+            [(Mean::Drive, self.drive_sigma, of_drive), (Mean::Trigger, self.trigger_sigma_s, of_trigger)];
+        let off = means.into_iter().filter(|(_, known, in_sigmas)| *known > 0.0 && in_sigmas.is_unusual(1.0));
         off.map(|(of, _, in_sigmas)| MeanOff { first_body, of, in_sigmas }).collect()
     }
 }
 
 impl MeanOff {
-    /// Counts the whole of it among the errors of a motion, which stays where it is.
-    pub fn count_in(&self, motion: &mut ChainMotion) {
-        let Some(place) = motion.modes.sources().position(|source| *source == self.of) else { return };
+    /// Counts the whole of it among the errors of a motion, which stays where it is; the error's name says who told it.
+    pub fn count_in(&self, motion: &mut ChainMotion, told_by: &str) {
+        let first_body = self.first_body;
+        let known = match self.of {
+            Mean::Drive => ErrorSource::MeanDrive { first_body },
+            Mean::Trigger => ErrorSource::MeanTrigger { first_body },
+        };
+        let Some(place) = motion.modes.sources().position(|source| *source == known) else { return };
         let error_m = motion.modes.displacement_m(place, motion.displacement_m.dim());
         // What is known of the mean is among the errors already.
         let beyond = (self.in_sigmas.value.powi(2) - 1.0).max(0.0).sqrt();
-        motion.add_error(format!("{}, by the chain model", self.of).into(), &(error_m * beyond));
+        motion.add_error(format!("{known}, by {told_by}").into(), &(error_m * beyond));
     }
 }
 
@@ -82,11 +89,11 @@ mod tests {
         // Ten per cent are ten deviations; they bring triggers of 20 us less with them, so that of -20 us nothing is left.
         let off = group().means_off(Estimate::new(0.1, 0.0), Estimate::new(-2e-5, 0.0));
         assert_eq!(off.len(), 1);
-        assert_eq!(off[0].of, ErrorSource::MeanDrive { first_body: 3 });
+        assert_eq!(off[0].of, Mean::Drive);
         // 1e-15: three roundings of ten.
         assert!((off[0].in_sigmas.value - 10.0).abs() < 1e-14);
         let off = group().means_off(Estimate::new(0.0, 0.0), Estimate::new(-2e-5, 0.0));
-        assert_eq!(off[0].of, ErrorSource::MeanTrigger { first_body: 3 });
+        assert_eq!(off[0].of, Mean::Trigger);
         // Known no better than by what it is off.
         assert!(group().means_off(Estimate::new(0.1, 0.1), Estimate::new(-2e-5, 1e-5)).is_empty());
         assert!(group().means_off(Estimate::new(0.02, 0.0), Estimate::new(-4e-6, 0.0)).is_empty());
@@ -100,7 +107,7 @@ mod tests {
         let [off] = &group().means_off(Estimate::new(0.05, 0.0), Estimate::new(-1e-5, 0.0))[..] else {
             panic!("the drive alone is off")
         };
-        off.count_in(&mut motion);
+        off.count_in(&mut motion, "another");
         for (x, known) in motion.displacement_m.iter().zip([1e-3, 2e-3]) {
             // Five deviations; some roundings of numbers near one.
             assert!((x.unwrap().sigma - 5.0 * known).abs() < 1e-14);

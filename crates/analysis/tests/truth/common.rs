@@ -1,7 +1,7 @@
 //! Motions with known answers.
 
 use chainwave_measurement::{ChainMotion, ErrorModes, Estimate};
-use chainwave_mechanics::{Chain, Drive, FarEnd, PowerLaw, Schedule, Simulation, Striker, simulate};
+use chainwave_mechanics::{Chain, Drive, FarEnd, Schedule, Simulation, Striker, simulate};
 use ndarray::Array2;
 
 pub(crate) const PITCH_M: f64 = 0.030;
@@ -48,18 +48,10 @@ pub(crate) fn damped_chain(
     c_d_kg_per_s: f64,
 ) -> Simulation {
     let chain = Chain {
-        mass_kg: vec![0.455e-3; n_bodies],
         damping_kg_per_s: vec![c_d_kg_per_s; n_bodies],
-        ground_stiffness_n_per_m: Vec::new(),
-        ground_law: None,
-        contact: PowerLaw::ELLIPTICAL_RING.into(),
-        drive: Drive::Striker(Striker {
-            mass_kg: 4.3e-3,
-            velocity_m_per_s,
-            damping_kg_per_s: 0.2,
-            ground_damping_kg_per_s: 0.0,
-        }),
+        drive: Drive::Striker(Striker { velocity_m_per_s, ..Striker::OF_RINGS }),
         far_end,
+        ..Chain::of_rings(n_bodies)
     };
     let schedule = Schedule::automatic(duration_s, INTERVAL_S);
     simulate(&chain, &schedule).unwrap()

@@ -68,12 +68,7 @@ fn the_tail_of_a_linear_chain_lies_on_its_dispersion_curve() {
         ground_stiffness_n_per_m: Vec::new(),
         ground_law: None,
         contact: LinearLaw { k_n_per_m: stiffness_n_per_m }.into(),
-        drive: Drive::Striker(Striker {
-            mass_kg: 4.3e-3,
-            velocity_m_per_s: 0.5,
-            damping_kg_per_s: 0.0,
-            ground_damping_kg_per_s: 0.0,
-        }),
+        drive: Drive::Striker(Striker { velocity_m_per_s: 0.5, damping_kg_per_s: 0.0, ..Striker::OF_RINGS }),
         far_end: FarEnd::Free,
     };
     let trajectory = simulate(&chain, &Schedule::automatic(0.033, INTERVAL_S)).unwrap().trajectory;

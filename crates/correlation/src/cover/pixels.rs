@@ -17,7 +17,7 @@ const AS_STILL: f64 = 3.0;
 /// Pixels beyond the subset whose texture foretells what comes into view: what moves otherwise there, or not at all, is no part of it either.
 const AROUND_PX: i64 = 12;
 /// Pixels that hang together at least: what is smaller, such as a dead pixel, spoils a few readings by little.
-const LEAST_PIXELS: usize = 9;
+pub(super) const LEAST_PIXELS: usize = 9;
 
 /// Frames that a pixel is seen in at least.
 pub(super) const LEAST_FRAMES: usize = 4;
@@ -171,7 +171,7 @@ impl Texture<'_> {
 }
 
 /// First and last column, first and last row of the pixels that a subset may cover where it was found.
-fn bounds_at(subset: &Subset, position: &Position) -> [i64; 4] {
+pub(super) fn bounds_at(subset: &Subset, position: &Position) -> [i64; 4] {
     let [half_x, half_y] = [subset.half_width_px, subset.half_height_px].map(|half| half as f64);
     let (sin, cos) = position.theta_rad.map_or(0.0, |theta| theta.value).sin_cos();
     let (reach_x, reach_y) =
@@ -181,12 +181,12 @@ fn bounds_at(subset: &Subset, position: &Position) -> [i64; 4] {
         .map(|px| px as i64)
 }
 
-fn joined(a: [i64; 4], b: [i64; 4]) -> [i64; 4] {
+pub(super) fn joined(a: [i64; 4], b: [i64; 4]) -> [i64; 4] {
     [a[0].min(b[0]), a[1].max(b[1]), a[2].min(b[2]), a[3].max(b[3])]
 }
 
 /// The marked pixels of an image, each piece that hangs together by itself, by their indices.
-fn pieces(marked: &[bool], width: usize) -> Vec<Vec<usize>> {
+pub(super) fn pieces(marked: &[bool], width: usize) -> Vec<Vec<usize>> {
     let mut is_open = marked.to_vec();
     let mut pieces = Vec::new();
     for start in 0..marked.len() {

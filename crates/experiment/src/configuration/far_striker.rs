@@ -85,12 +85,7 @@ mod tests {
         let FarEnd::Struck(plain) = far_end(FarEndTable::Free, Some(&table(PLAIN))).unwrap() else {
             panic!("expected a striker")
         };
-        let striker = Striker {
-            mass_kg: 4.3e-3,
-            velocity_m_per_s: 1.5,
-            damping_kg_per_s: 0.2,
-            ground_damping_kg_per_s: 0.0,
-        };
+        let striker = Striker { velocity_m_per_s: 1.5, ..Striker::OF_RINGS };
         assert_eq!(plain, FarStriker { striker, distance_m: 0.0, contact: None });
         let full = format!("{PLAIN}distance_m = 2e-3\ncontact = {{ law = \"linear\", k_n_per_m = 3e3 }}\n");
         let FarEnd::Struck(full) = far_end(FarEndTable::Free, Some(&table(&full))).unwrap() else {

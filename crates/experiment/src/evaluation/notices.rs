@@ -129,16 +129,13 @@ impl UnusualDrive {
     }
 }
 
-/// Deviations from the median at which a drive is unusual: one sound trial in a hundred.
-const UNUSUAL: f64 = 2.58;
-
 /// Recordings whose drive the stated scatter hardly explains.
 fn unusual_drives(experiment: &Experiment, recording_alignments: &RecordingAlignments) -> Vec<UnusualDrive> {
     let drives = recording_alignments
         .of_recordings
         .iter()
         .filter_map(|one| drive(experiment, recording_alignments, one));
-    drives.filter(|drive| drive.in_deviations.abs() > UNUSUAL).collect()
+    drives.filter(|drive| drive.deviation.is_unusual(experiment.drive_scatter())).collect()
 }
 
 /// The scatter of triggers within and between views, where one is stated.
@@ -153,7 +150,7 @@ fn unusual_triggers(scatter_s: f64, of_recordings: &[RecordingAlignment]) -> Vec
         median(of_recordings.iter().map(|one| one.trigger_offset_s.value).collect()).unwrap_or(0.0);
     let unusual = |one: &RecordingAlignment| {
         let off_s = Estimate::new(one.trigger_offset_s.value - middle_s, one.trigger_offset_s.sigma);
-        (off_s.value.abs() > UNUSUAL * scatter_s.hypot(off_s.sigma)).then(|| Finding {
+        off_s.is_unusual(scatter_s).then(|| Finding {
             code: "unusual_trigger",
             subject: one.recording.clone(),
             text: format!(

@@ -1,8 +1,8 @@
 //! What the chain model tells of the motion that is free of any model, and trials and views do not: it counts as an uncertainty there.
 
 use chainwave_inference::{FitError, FittedRecording, TrackFit};
-use chainwave_measurement::{ErrorSource, Estimate};
-use chainwave_stitching::{MeanOff, Stitched, UntiedGroup};
+use chainwave_measurement::Estimate;
+use chainwave_stitching::{Mean, MeanOff, Stitched, UntiedGroup};
 
 use crate::finding::Finding;
 use crate::merging::Merged;
@@ -28,7 +28,7 @@ impl Widened {
             return None;
         }
         let mut motion = ToldByModel::counted_in(&geometry, &stitched.motion);
-        means.iter().for_each(|mean| mean.count_in(&mut motion));
+        means.iter().for_each(|mean| mean.count_in(&mut motion, "the chain model"));
         let of_means = means.iter().map(of_mean);
         Some(Self {
             stitched: Stitched { motion, ..stitched.clone() },
@@ -64,8 +64,8 @@ fn of_group(group: &UntiedGroup, fit: &TrackFit) -> Vec<MeanOff> {
 
 fn of_mean(mean: &MeanOff) -> Finding {
     let what = match mean.of {
-        ErrorSource::MeanTrigger { .. } => "triggers",
-        _ => "drives",
+        Mean::Trigger => "triggers",
+        Mean::Drive => "drives",
     };
     let text = format!(
         "by the chain model the mean of their {what} lies {:.1} standard deviations off what the trials' scatter lets expect. motion_by_model has it put \

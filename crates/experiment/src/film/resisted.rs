@@ -120,20 +120,7 @@ mod tests {
     use super::*;
 
     fn chain() -> Chain {
-        Chain {
-            mass_kg: vec![0.455e-3; 6],
-            damping_kg_per_s: vec![0.003; 6],
-            ground_stiffness_n_per_m: Vec::new(),
-            ground_law: None,
-            contact: PowerLaw::ELLIPTICAL_RING.into(),
-            drive: Drive::Striker(Striker {
-                mass_kg: 4.3e-3,
-                velocity_m_per_s: 2.73,
-                damping_kg_per_s: 0.2,
-                ground_damping_kg_per_s: 0.0,
-            }),
-            far_end: FarEnd::Fixed,
-        }
+        Chain { far_end: FarEnd::Fixed, ..Chain::of_rings(6) }
     }
 
     #[test]

@@ -52,25 +52,15 @@ fn has_moved(x: &Estimate) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use chainwave_mechanics::{Drive, FarEnd, PowerLaw, Striker};
+    use chainwave_mechanics::{Drive, Striker};
 
     use super::*;
 
     #[test]
     fn a_strike_behind_the_first_frame_is_found_from_the_body_that_is_seen_first() {
         let chain = Chain {
-            mass_kg: vec![0.455e-3; 12],
-            damping_kg_per_s: vec![0.003; 12],
-            ground_stiffness_n_per_m: Vec::new(),
-            ground_law: None,
-            contact: PowerLaw::ELLIPTICAL_RING.into(),
-            drive: Drive::Striker(Striker {
-                mass_kg: 4.3e-3,
-                velocity_m_per_s: 1.89,
-                damping_kg_per_s: 0.2,
-                ground_damping_kg_per_s: 0.0,
-            }),
-            far_end: FarEnd::Free,
+            drive: Drive::Striker(Striker { velocity_m_per_s: 1.89, ..Striker::OF_RINGS }),
+            ..Chain::of_rings(12)
         };
         let moved = simulate(&chain, &Schedule::automatic(0.012, 1e-5)).unwrap().trajectory;
         // Body 3 and those behind it, every 40 us to 2 um.

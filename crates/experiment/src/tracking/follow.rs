@@ -7,7 +7,7 @@ use chainwave_correlation::{
     CorrelationError, Cover, Method, Reference, ReferenceFrames, Settings, Shape, ShapeChoice, SharpEdge,
     detected_edge, track_by_evidence,
 };
-use chainwave_measurement::{Lost, Recording, Subset, Track};
+use chainwave_measurement::{Lost, Position, Recording, Subset, Track};
 
 use crate::error::Error;
 use crate::monitor::{Monitor, Stage};
@@ -46,6 +46,8 @@ pub struct FollowedSubset {
     pub method: String,
     /// The share of its pixels before which something stands still, where that was left out.
     pub covered_share: Option<f64>,
+    /// The share of its pixels that are ground beside what moves, where that was left out.
+    pub ground_share: Option<f64>,
 }
 
 /// Follows subsets through an opened recording. One that does not lie in its frames is lost as out of view in each of them.
@@ -82,7 +84,7 @@ pub(crate) fn follow_with(
     let inside: Vec<Subset> =
         subsets.iter().filter(|subset| Reference::lies_inside(recording, subset)).cloned().collect();
     let way = Way { reference, method, settings: &settings, monitor };
-    let mut found = way.follow_around_cover(recording, &inside)?.into_iter();
+    let mut found = way.follow_what_moves(recording, &inside)?.into_iter();
     let out_of_view = |subset: &Subset| {
         let positions = vec![Err(Lost::OutOfView); recording.info().n_frames];
         of_method(method, Track { name: subset.name.clone(), positions, still_share: None })
@@ -97,8 +99,13 @@ pub(crate) fn follow_with(
 }
 
 fn of_method(method: Method, track: Track) -> FollowedSubset {
-    FollowedSubset { track, method: method.to_string(), covered_share: None }
+    FollowedSubset { track, method: method.to_string(), covered_share: None, ground_share: None }
 }
+
+/// Times that ground is looked for, each by tracks that go farther.
+const GROUND_ROUNDS: usize = 3;
+/// Share of a subset below which more ground changes nothing.
+const LEAST_GROUND: f64 = 0.01;
 
 /// How subsets that lie in the frames are followed.
 struct Way<'a> {
@@ -129,18 +136,24 @@ impl Way<'_> {
         Ok(tracks.into_iter().map(|track| of_method(method, track)).collect())
     }
 
-    /// As [`Self::follow`]; what something stands still before is followed once more by the rest of its pixels.
-    fn follow_around_cover(
+    /// As [`Self::follow`]; what holds something that stands still, before it or beside it, is followed once more by the rest of its pixels.
+    fn follow_what_moves(
         &self,
         recording: &dyn Recording,
         subsets: &[Subset],
     ) -> Result<Vec<FollowedSubset>, CorrelationError> {
         let mut found = self.follow(recording, subsets, &|n| self.monitor.done(Stage::Tracking, n))?;
+        if !matches!(self.method, Method::IcGn { .. }) {
+            return Ok(found);
+        }
+        // What ground holds back is lost early, and shows little of it before.
+        for _ in 0..GROUND_ROUNDS {
+            if !self.follow_without_ground(recording, subsets, &mut found)? {
+                break;
+            }
+        }
         let tracks: Vec<&Track> = found.iter().map(|one| &one.track).collect();
-        let can_leave_out = matches!(self.method, Method::IcGn { .. });
-        let cover =
-            if can_leave_out { Cover::find(recording, subsets, self.reference, &tracks)? } else { None };
-        let Some(cover) = cover else { return Ok(found) };
+        let Some(cover) = Cover::find(recording, subsets, self.reference, &tracks)? else { return Ok(found) };
         let covered: Vec<Subset> = cover.subsets().iter().map(|&(index, _)| subsets[index].clone()).collect();
         let again = self.follow(&cover.taken_from(recording), &covered, &|_| ())?;
         for (&(index, share), again) in cover.subsets().iter().zip(again) {
@@ -149,6 +162,40 @@ impl Way<'_> {
             }
         }
         Ok(found)
+    }
+
+    /// Follows those once more whose reference shows more ground than was left out of it, and takes tracks that are seen in more frames, or that
+    /// ground explains. Whether there are any.
+    fn follow_without_ground(
+        &self,
+        recording: &dyn Recording,
+        subsets: &[Subset],
+        found: &mut [FollowedSubset],
+    ) -> Result<bool, CorrelationError> {
+        let positions: Vec<&[Result<Position, Lost>]> =
+            found.iter().map(|one| one.track.positions.as_slice()).collect();
+        let Some(ground) = Cover::ground(recording, subsets, self.reference, &positions)? else {
+            return Ok(false);
+        };
+        let is_more = |&&(index, share): &&(usize, f64)| {
+            share > found[index].ground_share.unwrap_or(0.0) + LEAST_GROUND
+        };
+        let more: Vec<(usize, f64)> = ground.subsets().iter().filter(is_more).copied().collect();
+        if more.is_empty() {
+            return Ok(false);
+        }
+        let chosen: Vec<Subset> = more.iter().map(|&(index, _)| subsets[index].clone()).collect();
+        let again = self.follow(&ground.taken_from(recording), &chosen, &|_| ())?;
+        let n_seen = |track: &Track| track.positions.iter().flatten().count();
+        let mut is_taken = false;
+        for (&(index, share), again) in more.iter().zip(again) {
+            let before = &found[index].track;
+            if n_seen(&again.track) > n_seen(before) || Cover::explains(before, &again.track) {
+                found[index] = FollowedSubset { ground_share: Some(share), ..again };
+                is_taken = true;
+            }
+        }
+        Ok(is_taken)
     }
 }
 
@@ -193,4 +240,28 @@ pub(crate) fn edges_beside(
         notes.extend(edge.map(|edge| EdgeNote { point: subset.name.clone(), edge }));
     }
     Ok(notes)
+}
+
+/// The bodies beside whose markers their subsets hold ground in the reference, by their numbers, each with the share of it. Subsets outside the
+/// frames hold none.
+///
+/// # Errors
+/// Pixels of the reference that cannot be read.
+pub(crate) fn ground_beside(
+    recording: &dyn Recording,
+    subsets: &[Subset],
+    reference: &ReferenceFrames,
+    tracks: &RecordingTracks,
+) -> Result<Vec<(usize, f64)>, Error> {
+    let inside = || {
+        let all = subsets.iter().zip(&tracks.bodies);
+        all.filter(|(subset, _)| Reference::lies_inside(recording, subset))
+    };
+    let subsets: Vec<Subset> = inside().map(|(subset, _)| subset.clone()).collect();
+    let positions: Vec<&[Result<Position, Lost>]> =
+        inside().map(|(_, body)| body.positions.as_slice()).collect();
+    let numbers: Vec<usize> = inside().map(|(_, body)| body.body).collect();
+    let ground = Cover::ground(recording, &subsets, reference, &positions)?;
+    let of_subsets = ground.iter().flat_map(Cover::subsets);
+    Ok(of_subsets.map(|&(index, share)| (numbers[index], share)).collect())
 }

@@ -194,6 +194,7 @@ impl PointTracking<'_> {
         let followed = follow_with(recording, &subsets, reference, method, &settings, monitor)?;
         notes.extend(followed.tracks.iter().filter_map(|one| still_note(&one.track)));
         notes.extend(followed.tracks.iter().filter_map(cover_note));
+        notes.extend(followed.tracks.iter().filter_map(ground_note));
         Ok(FollowedPoints { followed, notes, placed, method })
     }
 }
@@ -204,6 +205,15 @@ fn cover_note(FollowedSubset { track, covered_share, .. }: &FollowedSubset) -> O
     Some(format!(
         "point {}: something stands still before {percent:.0} % of its subset, which was left out there and wherever the subset passes behind it (hint: a \
          cable, a rod, a dirty window: clear the view, or place the point beside it)",
+        track.name
+    ))
+}
+
+/// What is to be said of a point whose subset holds ground.
+fn ground_note(FollowedSubset { track, ground_share, .. }: &FollowedSubset) -> Option<String> {
+    let percent = 100.0 * ground_share.as_ref()?;
+    Some(format!(
+        "point {}: {percent:.0} % of its subset is ground that stays where it is when the point moves, and was left out (hint: a smaller          half_width_px or half_height_px, so that the subset lies on its marker alone)",
         track.name
     ))
 }

@@ -12,6 +12,7 @@ pub(super) fn ambiguities(fit: &ContactFit) -> Vec<String> {
     let mut found = vec![of_the_exponent(fit)];
     found.extend(of_pairs(fit));
     found.push(of_zero(fit));
+    found.extend(of_the_overlaps(fit));
     found.extend(of_the_residuals(fit));
     found.extend(of_outliers(fit));
     found
@@ -91,6 +92,15 @@ fn of_zero(fit: &ContactFit) -> String {
              counted from another place"
         ),
     }
+}
+
+/// Overlaps that err.
+fn of_the_overlaps(fit: &ContactFit) -> Option<String> {
+    let overlap_noise_m = fit.residual.overlap_noise_m?;
+    Some(format!(
+        "noise: forces scatter the more, the steeper the curve is, as overlaps that err by {overlap_noise_m:.1e} m make them; each force was weighted by its \
+         own noise"
+    ))
 }
 
 /// Residuals that are not noise.

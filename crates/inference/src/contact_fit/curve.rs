@@ -27,6 +27,8 @@ const ROUNDING: f64 = 1e-12;
 pub(super) struct Curve {
     pub(super) overlap_m: Vec<f64>,
     pub(super) force_n: Vec<f64>,
+    /// Mean noise of all forces over that of each; empty where all have the same.
+    weights: Vec<f64>,
 }
 
 /// Refuses what cannot be a compression curve whatever its branches are.
@@ -69,6 +71,7 @@ impl Curve {
         let curve = Self {
             overlap_m: sorted.iter().map(|i| overlap_m[*i]).collect(),
             force_n: sorted.iter().map(|i| force_n[*i]).collect(),
+            weights: Vec::new(),
         };
         curve.check_number()?;
         curve.check_slope()?;
@@ -95,13 +98,26 @@ impl Curve {
     /// The part beyond an overlap.
     pub(super) fn beyond(&self, overlap_m: f64) -> Self {
         let first = self.overlap_m.partition_point(|x| *x < overlap_m);
-        Self { overlap_m: self.overlap_m[first..].to_vec(), force_n: self.force_n[first..].to_vec() }
+        self.chosen(|values| values.iter().skip(first).copied().collect())
     }
 
     /// At most about `n` of the readings, evenly chosen.
     pub(super) fn thinned(&self, n: usize) -> Self {
-        let chosen = |values: &[f64]| values.iter().copied().step_by(self.len().div_ceil(n)).collect();
-        Self { overlap_m: chosen(&self.overlap_m), force_n: chosen(&self.force_n) }
+        self.chosen(|values| values.iter().copied().step_by(self.len().div_ceil(n)).collect())
+    }
+
+    fn chosen(&self, of: impl Fn(&[f64]) -> Vec<f64>) -> Self {
+        Self { overlap_m: of(&self.overlap_m), force_n: of(&self.force_n), weights: of(&self.weights) }
+    }
+
+    /// The same with these weights.
+    pub(super) fn weighted(&self, weights: Vec<f64>) -> Self {
+        Self { weights, ..self.clone() }
+    }
+
+    /// Mean noise of all forces over that of one.
+    pub(super) fn weight(&self, reading: usize) -> f64 {
+        self.weights.get(reading).copied().unwrap_or(1.0)
     }
 
     /// Smallest and largest overlap.

@@ -85,8 +85,12 @@ pub struct Residual {
     pub rms_n: f64,
     /// Largest amount, in newtons.
     pub largest_n: f64,
-    /// Noise of one force that follows: the root of the sum of squares over the degrees of freedom, in newtons.
+    /// Noise of a force that follows, the root mean square over all: the root of the (weighted) sum of squares over the degrees of freedom,
+    /// in newtons.
     pub noise_n: f64,
+    /// Noise of an overlap, in metres, where forces scatter the more, the steeper the curve is; each then counts by its own noise. `None` where all
+    /// may well scatter alike.
+    pub overlap_noise_m: Option<f64>,
     /// Correlation of neighbours along the overlap; near 0 for noise.
     pub autocorrelation: f64,
     /// Factor by which sigmas were widened for it; 1 where it is within chance.

@@ -3,7 +3,7 @@
 use super::curve::Curve;
 use super::law::EXPONENTS;
 use super::outcome::{LawOnProfile, Profile};
-use super::search::{Minimum, Unknowns, descend};
+use super::search::{Minimum, Unknowns, descend, off_n};
 
 /// Laws on the profile that are reported.
 const N_LAWS: usize = 7;
@@ -81,7 +81,7 @@ impl Profiler<'_> {
 
     fn law(&self, minimum: &Minimum) -> Option<LawOnProfile> {
         let law = minimum.parameters.law.power_law().ok()?;
-        let rms_n = (minimum.sum_of_squares / self.curve.len() as f64).sqrt();
+        let rms_n = (off_n(self.curve, &minimum.parameters).norm_squared() / self.curve.len() as f64).sqrt();
         Some(LawOnProfile { law, rms_n })
     }
 }

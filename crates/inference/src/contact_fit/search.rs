@@ -91,7 +91,7 @@ fn best_on_grid(curve: &Curve, unknowns: Unknowns, start_m: f64, p: f64) -> Opti
         .min_by(|left, right| left.sum_of_squares.total_cmp(&right.sum_of_squares))
 }
 
-/// The best k_0, and offset where it is unknown, for a given shape (delta_0, p) of the law.
+/// The best k_0, and offset where it is unknown, for a given shape (delta_0, p) of the law, all readings counting alike.
 fn linear_fit(curve: &Curve, with_offset: bool, start_m: f64, shape: (f64, f64)) -> Option<Minimum> {
     let (delta_0_m, p) = shape;
     let unit_n = |x: &f64| delta_0_m * power_term(p, ((x - start_m).max(0.0) / delta_0_m).ln_1p());
@@ -119,12 +119,19 @@ pub(super) fn descend(curve: &Curve, unknowns: Unknowns, start: Parameters) -> O
 }
 
 /// Model less measurement, in newtons.
-pub(super) fn residuals(curve: &Curve, parameters: &Parameters) -> DVector<f64> {
-    let residual = |i: usize| {
+pub(super) fn off_n(curve: &Curve, parameters: &Parameters) -> DVector<f64> {
+    let off_n = |i: usize| {
         let force_n = parameters.law.at(curve.overlap_m[i] - parameters.start_m).force_n;
         force_n + parameters.offset_n - curve.force_n[i]
     };
-    DVector::from_fn(curve.len(), |i, _| residual(i))
+    DVector::from_fn(curve.len(), |i, _| off_n(i))
+}
+
+/// The same by the readings' weights.
+pub(super) fn residuals(curve: &Curve, parameters: &Parameters) -> DVector<f64> {
+    let mut residuals = off_n(curve, parameters);
+    residuals.iter_mut().enumerate().for_each(|(i, residual)| *residual *= curve.weight(i));
+    residuals
 }
 
 /// Derivatives of the residuals by ln k_0, ln delta_0 and then the other unknowns.
@@ -136,7 +143,7 @@ pub(super) fn jacobian(curve: &Curve, parameters: &Parameters, unknowns: Unknown
         let by_start = if overlap_m > 0.0 { -force.stiffness_n_per_m } else { 0.0 };
         let row = unknowns.chosen([force.by_ln_k_0, force.by_ln_delta_0, force.by_p, 1.0, by_start]);
         for (column, derivative) in row.enumerate() {
-            jacobian[(i, column)] = derivative;
+            jacobian[(i, column)] = derivative * curve.weight(i);
         }
     }
     jacobian

@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector};
 use super::curve::Curve;
 use super::error::ContactFitError;
 use super::outcome::{OutlyingReading, PARAMETERS, Residual};
-use super::search::{Minimum, Unknowns, jacobian, residuals};
+use super::search::{Minimum, Unknowns, jacobian, off_n, residuals};
 
 /// A correlation of white residuals, in its standard errors.
 const WHITE: f64 = 3.0;
@@ -38,12 +38,14 @@ pub(super) fn residual(curve: &Curve, minimum: &Minimum, unknowns: Unknowns) -> 
     let degrees_of_freedom = n - unknowns.count();
     let floor_n = ROUNDING * curve.force_n.iter().fold(0.0_f64, |most, f| most.max(f.abs()));
     let scatter_n = (residuals.norm_squared() / degrees_of_freedom as f64).sqrt();
+    let off_n = off_n(curve, &minimum.parameters);
     let autocorrelation = autocorrelation(&residuals, 1);
     let widening = if scatter_n > floor_n { memory(&residuals).sqrt() } else { 1.0 };
     Residual {
-        rms_n: (residuals.norm_squared() / n as f64).sqrt(),
-        largest_n: residuals.amax(),
+        rms_n: (off_n.norm_squared() / n as f64).sqrt(),
+        largest_n: off_n.amax(),
         noise_n: scatter_n.max(floor_n),
+        overlap_noise_m: None,
         autocorrelation,
         widening,
         n_readings: n,
@@ -64,7 +66,7 @@ fn outlier(curve: &Curve, residuals: &DVector<f64>) -> Option<OutlyingReading> {
     let farthest = *alone.iter().max_by(|a, b| amount_n(**a).total_cmp(&amount_n(**b)))?;
     Some(OutlyingReading {
         overlap_m: curve.overlap_m[farthest],
-        off_n: -residuals[farthest],
+        off_n: -residuals[farthest] / curve.weight(farthest),
         deviations: amount_n(farthest) / sigma_n,
         n_like_it: alone.len(),
     })
@@ -73,7 +75,7 @@ fn outlier(curve: &Curve, residuals: &DVector<f64>) -> Option<OutlyingReading> {
 /// Variance of a sum of many residuals over that of as many independent ones; 1 where they may well be independent. Two tests see
 /// different structure: neighbours that resemble each other (a process of first order), and a slow misfit that is small against noise
 /// (correlations of all lags up to the root of the number, summed up; Newey and West 1987).
-fn memory(residuals: &DVector<f64>) -> f64 {
+pub(super) fn memory(residuals: &DVector<f64>) -> f64 {
     let n = residuals.len();
     let correlation_sigma = (n as f64).sqrt().recip();
     let of_neighbours = autocorrelation(residuals, 1);

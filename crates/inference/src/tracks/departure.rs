@@ -234,7 +234,7 @@ mod tests {
     use std::num::NonZero;
 
     use chainwave_measurement::BodyTrack;
-    use chainwave_mechanics::{Chain, Drive, FarEnd, PowerLaw, Schedule, Striker, simulate};
+    use chainwave_mechanics::{Chain, Drive, Schedule, Striker, simulate};
     use rand::SeedableRng;
     use rand_distr::{Distribution, StandardNormal};
     use rand_pcg::Pcg64;
@@ -255,23 +255,9 @@ mod tests {
             sigma * deviate
         };
         let velocity = Estimate::new(0.3, 0.006);
-        let striker = |velocity_m_per_s: f64| {
-            Drive::Striker(Striker {
-                mass_kg: 4.3e-3,
-                velocity_m_per_s,
-                damping_kg_per_s: 0.2,
-                ground_damping_kg_per_s: 0.0,
-            })
-        };
-        let chain = Chain {
-            mass_kg: vec![0.455e-3; N_BODIES],
-            damping_kg_per_s: vec![0.003; N_BODIES],
-            ground_stiffness_n_per_m: Vec::new(),
-            ground_law: None,
-            contact: PowerLaw::ELLIPTICAL_RING.into(),
-            drive: striker(velocity.value),
-            far_end: FarEnd::Free,
-        };
+        let striker =
+            |velocity_m_per_s: f64| Drive::Striker(Striker { velocity_m_per_s, ..Striker::OF_RINGS });
+        let chain = Chain { drive: striker(velocity.value), ..Chain::of_rings(N_BODIES) };
         let masses_kg = chain.mass_kg.iter().map(|mass_kg| mass_kg * (1.0 + normal(mass_scatter))).collect();
         let truth = Chain { mass_kg: masses_kg, ..chain.clone() };
         let times_s: Vec<f64> = (-10..300).map(|k| 2e-4 * f64::from(k)).collect();

@@ -85,27 +85,13 @@ fn polynomials<const N: usize>(nodes: [f64; N], at: f64) -> [(f64, f64); N] {
 mod tests {
     use std::num::NonZero;
 
-    use chainwave_mechanics::{FarEnd, PowerLaw, Schedule, ensemble, simulate};
+    use chainwave_mechanics::{Schedule, ensemble, simulate};
 
     use super::*;
 
     #[test]
     fn between_the_nodes_the_motion_is_that_of_a_simulation() {
-        let striker = Striker {
-            mass_kg: 4.3e-3,
-            velocity_m_per_s: 2.73,
-            damping_kg_per_s: 0.2,
-            ground_damping_kg_per_s: 0.0,
-        };
-        let chain = Chain {
-            mass_kg: vec![0.455e-3; 26],
-            damping_kg_per_s: vec![0.003; 26],
-            ground_stiffness_n_per_m: Vec::new(),
-            ground_law: None,
-            contact: PowerLaw::ELLIPTICAL_RING.into(),
-            drive: Drive::Striker(striker),
-            far_end: FarEnd::Free,
-        };
+        let (chain, striker) = (Chain::of_rings(26), Striker::OF_RINGS);
         let schedule = Schedule::automatic(0.02, 1e-4);
         let family = Family::new([2.6, 2.87]);
         let struck = Struck { chain: chain.clone(), striker };

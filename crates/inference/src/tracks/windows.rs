@@ -161,7 +161,7 @@ impl Iterator for Windows<'_> {
 
 #[cfg(test)]
 mod tests {
-    use chainwave_mechanics::{Chain, Drive, FarEnd, PowerLaw, Schedule, Striker};
+    use chainwave_mechanics::{Chain, Schedule, Striker};
 
     use super::super::response::solve;
     use super::*;
@@ -169,23 +169,8 @@ mod tests {
 
     /// Samples that windows of the derivatives by the mass of each body hold at once, and in all, where a chain is filmed for as long as it is.
     fn held(n_bodies: usize) -> (usize, usize) {
-        let striker = Striker {
-            mass_kg: 4.3e-3,
-            velocity_m_per_s: 2.73,
-            damping_kg_per_s: 0.2,
-            ground_damping_kg_per_s: 0.0,
-        };
-        let chain = Chain {
-            mass_kg: vec![0.455e-3; n_bodies],
-            damping_kg_per_s: vec![0.003; n_bodies],
-            ground_stiffness_n_per_m: Vec::new(),
-            ground_law: None,
-            contact: PowerLaw::ELLIPTICAL_RING.into(),
-            drive: Drive::Striker(striker),
-            far_end: FarEnd::Free,
-        };
         let struck = |body: usize, factor: f64| {
-            let (mut chain, mut striker) = (chain.clone(), striker);
+            let (mut chain, mut striker) = (Chain::of_rings(n_bodies), Striker::OF_RINGS);
             Quantity::MassOfBody(body).apply(factor, &mut chain, &mut striker);
             Struck { chain, striker }
         };

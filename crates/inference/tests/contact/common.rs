@@ -31,3 +31,10 @@ pub(crate) fn noisy(law: &PowerLaw, overlaps_m: Vec<f64>, noise_n: f64, seed: u6
 pub(crate) fn fitted(curve: &Curve) -> ContactFit {
     fit_contact(&curve.0, &curve.1, Zero::Auto).unwrap()
 }
+
+/// The same curve with independent noise of its overlaps.
+pub(crate) fn with_noisy_overlaps((overlaps_m, forces_n): Curve, noise_m: f64, seed: u64) -> Curve {
+    let deviates = deviates(overlaps_m.len(), seed);
+    let stated_m = overlaps_m.iter().zip(deviates).map(|(overlap_m, deviate)| overlap_m + noise_m * deviate);
+    (stated_m.collect(), forces_n)
+}

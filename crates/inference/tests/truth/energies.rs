@@ -33,20 +33,11 @@ fn model(chain: Chain, striker_velocity_m_per_s: Estimate, priors: Vec<Prior>) -
 }
 
 fn fitted(motion: &ChainMotion, priors: Vec<Prior>) -> EnergyFit {
-    let striker = Striker {
-        mass_kg: 4.3e-3,
-        velocity_m_per_s: VELOCITY.value,
-        damping_kg_per_s: 0.1,
-        ground_damping_kg_per_s: 0.0,
-    };
+    let striker = Striker { velocity_m_per_s: VELOCITY.value, damping_kg_per_s: 0.1, ..Striker::OF_RINGS };
     let chain = Chain {
-        mass_kg: vec![0.455e-3; N_BODIES],
         damping_kg_per_s: vec![0.001; N_BODIES],
-        ground_stiffness_n_per_m: Vec::new(),
-        ground_law: None,
-        contact: PowerLaw::ELLIPTICAL_RING.into(),
         drive: Drive::Striker(striker),
-        far_end: FarEnd::Free,
+        ..Chain::of_rings(N_BODIES)
     };
     fit_peak_energies(&measured(motion), motion, &model(chain, VELOCITY, priors)).unwrap()
 }

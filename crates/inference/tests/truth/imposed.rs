@@ -5,7 +5,7 @@ use std::num::NonZero;
 use chainwave_analysis::{exact_motion, replicate};
 use chainwave_inference::{FitError, ImposedModel, Prior, Quantity, fit_imposed};
 use chainwave_measurement::ChainMotion;
-use chainwave_mechanics::{FarEnd, PowerLaw};
+use chainwave_mechanics::FarEnd;
 
 use crate::common::{paper_chain, with_late_view, with_sigma};
 
@@ -14,13 +14,9 @@ const C_D: f64 = 0.003;
 
 fn model(priors: Vec<Prior>) -> ImposedModel {
     let chain = chainwave_mechanics::Chain {
-        mass_kg: vec![0.455e-3; N_BODIES],
         damping_kg_per_s: vec![0.001; N_BODIES],
-        ground_stiffness_n_per_m: Vec::new(),
-        ground_law: None,
-        contact: PowerLaw::ELLIPTICAL_RING.into(),
         drive: chainwave_mechanics::Drive::Free { displacement_m: Vec::new(), velocity_m_per_s: Vec::new() },
-        far_end: FarEnd::Free,
+        ..chainwave_mechanics::Chain::of_rings(N_BODIES)
     };
     ImposedModel { chain, priors, drive_deviations: vec![0.0], n_threads: NonZero::<usize>::MIN }
 }

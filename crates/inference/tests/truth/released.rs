@@ -3,7 +3,7 @@
 use chainwave_analysis::{exact_motion, replicate};
 use chainwave_inference::{FitError, Prior, Quantity, ReleasedModel, fit_release};
 use chainwave_measurement::{ChainMotion, Trajectory};
-use chainwave_mechanics::{Chain, Drive, FarEnd, PowerLaw, Schedule, simulate};
+use chainwave_mechanics::{Chain, Drive, FarEnd, Schedule, simulate};
 use ndarray::Array2;
 
 use crate::common::{INTERVAL_S, with_late_view, with_sigma};
@@ -16,16 +16,14 @@ const RELEASE_S: f64 = 0.13e-3;
 fn chain(damping_kg_per_s: f64) -> Chain {
     let along = |i: usize| (N_BODIES - i) as f64;
     Chain {
-        mass_kg: vec![0.455e-3; N_BODIES],
         damping_kg_per_s: vec![damping_kg_per_s; N_BODIES],
         ground_stiffness_n_per_m: vec![150.0; N_BODIES],
-        ground_law: None,
-        contact: PowerLaw::ELLIPTICAL_RING.into(),
         drive: Drive::Free {
             displacement_m: (0..N_BODIES).map(|i| 2e-4 * along(i)).collect(),
             velocity_m_per_s: (0..N_BODIES).map(|i| 0.01 * along(i)).collect(),
         },
         far_end: FarEnd::Fixed,
+        ..Chain::of_rings(N_BODIES)
     }
 }
 

@@ -11,8 +11,7 @@ const FAR_M_PER_S: f64 = 1.9;
 const SLOWER: f64 = 0.01;
 
 fn struck_behind(chain: Chain, velocity_m_per_s: f64) -> Chain {
-    let striker =
-        Striker { mass_kg: 4.3e-3, velocity_m_per_s, damping_kg_per_s: C_S, ground_damping_kg_per_s: 0.0 };
+    let striker = Striker { velocity_m_per_s, damping_kg_per_s: C_S, ..Striker::OF_RINGS };
     Chain { far_end: FarEnd::Struck(FarStriker { striker, distance_m: 0.0, contact: None }), ..chain }
 }
 

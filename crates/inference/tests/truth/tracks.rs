@@ -116,12 +116,7 @@ fn recordings_that_end_before_the_wave_comes_are_no_part_of_the_fit() {
 
 /// A chain that a second striker meets from behind in the instant in which the first one meets it in front.
 fn struck_twice(chain: Chain, far_m_per_s: f64) -> Chain {
-    let striker = Striker {
-        mass_kg: 4.3e-3,
-        velocity_m_per_s: far_m_per_s,
-        damping_kg_per_s: C_S,
-        ground_damping_kg_per_s: 0.0,
-    };
+    let striker = Striker { velocity_m_per_s: far_m_per_s, damping_kg_per_s: C_S, ..Striker::OF_RINGS };
     Chain { far_end: FarEnd::Struck(FarStriker { striker, distance_m: 0.0, contact: None }), ..chain }
 }
 

@@ -100,26 +100,6 @@ mod tests {
         sensitivity::{Kept, ReferenceMotion},
     };
     use super::*;
-    use crate::contact::PowerLaw;
-    use crate::equations::parameters::{Drive, FarEnd, Striker};
-
-    fn chain(n_bodies: usize) -> Chain {
-        let striker = Striker {
-            mass_kg: 4.3e-3,
-            velocity_m_per_s: 2.73,
-            damping_kg_per_s: 0.2,
-            ground_damping_kg_per_s: 0.0,
-        };
-        Chain {
-            mass_kg: vec![0.455e-3; n_bodies],
-            damping_kg_per_s: vec![0.003; n_bodies],
-            ground_stiffness_n_per_m: Vec::new(),
-            ground_law: None,
-            contact: PowerLaw::ELLIPTICAL_RING.into(),
-            drive: Drive::Striker(striker),
-            far_end: FarEnd::Free,
-        }
-    }
 
     fn n_held(replay: &Replay<'_>) -> usize {
         match &replay.source {
@@ -130,7 +110,7 @@ mod tests {
 
     /// The most displacements that parts of so many outputs hold at once, and those of all steps.
     fn held(n_bodies: usize, length: usize) -> (usize, usize) {
-        let (chain, interval_s) = (chain(n_bodies), 1e-4);
+        let (chain, interval_s) = (Chain::of_rings(n_bodies), 1e-4);
         let schedule = Schedule::automatic(6e-4 * n_bodies as f64, interval_s);
         let motion = ReferenceMotion::solve(&chain, &schedule, Kept::Outputs).unwrap();
         let at_steps = ReferenceMotion::solve(&chain, &schedule, Kept::Steps).unwrap();

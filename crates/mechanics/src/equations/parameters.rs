@@ -4,6 +4,7 @@ use super::imposed::ImposedMotion;
 use crate::{
     check,
     contact::{
+        PowerLaw,
         contacts::{Contact, Contacts},
         table::TableLaw,
         tension::Tension,
@@ -107,6 +108,20 @@ pub struct FarStriker {
 }
 
 impl Chain {
+    /// Hollow elliptical cylinders as in the paper, of 0.455 g each on the law of one ring ([`PowerLaw::ELLIPTICAL_RING`]), with dashpots
+    /// of 0.003 kg/s, at rest before [`Striker::OF_RINGS`] and with nothing behind them.
+    pub fn of_rings(n_bodies: usize) -> Self {
+        Self {
+            mass_kg: vec![0.455e-3; n_bodies],
+            damping_kg_per_s: vec![0.003; n_bodies],
+            ground_stiffness_n_per_m: Vec::new(),
+            ground_law: None,
+            contact: PowerLaw::ELLIPTICAL_RING.into(),
+            drive: Drive::Striker(Striker::OF_RINGS),
+            far_end: FarEnd::Free,
+        }
+    }
+
     /// Multiplies the damping to ground of each body by a factor, by its place from 0, and all of them so that their mean stays.
     pub fn shape_damping(&mut self, factor: impl Fn(usize) -> f64) {
         let dampings_kg_per_s = &mut self.damping_kg_per_s;
@@ -201,6 +216,10 @@ impl Drive {
 }
 
 impl Striker {
+    /// The striker of the paper at its largest velocity, with a contact damped by 0.2 kg/s.
+    pub const OF_RINGS: Self =
+        Self { mass_kg: 4.3e-3, velocity_m_per_s: 2.73, damping_kg_per_s: 0.2, ground_damping_kg_per_s: 0.0 };
+
     fn check(&self, name: &str) -> Result<(), MechanicsError> {
         check::positive(format!("{name} mass_kg"), self.mass_kg)?;
         check::not_negative(format!("{name} velocity_m_per_s"), self.velocity_m_per_s)?;

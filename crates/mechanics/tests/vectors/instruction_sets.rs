@@ -2,8 +2,8 @@
 
 use chainwave_mechanics::{
     Bodies, Chain, Change, Contact, Contacts, Drive, FarEnd, Integration, Law, LinearLaw, Method, PowerLaw,
-    Ring, RingChain, RingDrive, RingSchedule, RingStriker, Schedule, Simulation, Striker, TableLaw, Tension,
-    simulate, simulate_rings, simulate_with_sensitivities,
+    Ring, RingChain, RingDrive, RingSchedule, RingStriker, Schedule, Simulation, TableLaw, Tension, simulate,
+    simulate_rings, simulate_with_sensitivities,
 };
 use chainwave_testkit::hold_each_to_the_same_bits;
 
@@ -50,21 +50,7 @@ fn power() -> Contact {
 }
 
 fn struck(n_bodies: usize, contact: Contacts, damping_kg_per_s: f64) -> Chain {
-    let striker = Striker {
-        mass_kg: 4.3e-3,
-        velocity_m_per_s: 2.73,
-        damping_kg_per_s: 0.2,
-        ground_damping_kg_per_s: 0.0,
-    };
-    Chain {
-        mass_kg: vec![0.455e-3; n_bodies],
-        damping_kg_per_s: vec![damping_kg_per_s; n_bodies],
-        ground_stiffness_n_per_m: Vec::new(),
-        ground_law: None,
-        contact,
-        drive: Drive::Striker(striker),
-        far_end: FarEnd::Free,
-    }
+    Chain { damping_kg_per_s: vec![damping_kg_per_s; n_bodies], contact, ..Chain::of_rings(n_bodies) }
 }
 
 /// All integrators on damped and undamped chains, rows of all lengths within a block of vectors, and gaps of all kinds of laws.

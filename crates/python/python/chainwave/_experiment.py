@@ -12,8 +12,8 @@ from ._estimate import Estimate, estimates_of
 from ._figure import Figure
 from ._models import text_of
 from ._recording import Recording, open, warn
-from ._strain import StrainMap
 from ._table import Table
+from ._wave import Wave
 
 if TYPE_CHECKING:
     from ._tracking import Progress
@@ -45,18 +45,14 @@ class RecordingState(NamedTuple):
     reason: Optional[str]
 
 
-class Results:
-    """What a run of an experiment found. The tables have the columns of those that ``chainwave run`` writes."""
+class Results(Wave):
+    """What a run of an experiment found."""
 
     def __init__(self, inner: _chainwave.ExperimentResults) -> None:
         import json
 
-        self._numbers = estimates_of(inner.numbers)
-        tables = dict(inner.tables)
-        self._strain = StrainMap(tables.pop("strain"))
-        self._tables = {name: Table(table) for name, table in tables.items()}
-        #: Figures by their names: `displacements`, `strain-map`.
-        self.figures: dict[str, Figure] = {name: Figure(figure) for name, figure in inner.figures}
+        figures = {name: Figure(figure) for name, figure in inner.figures}
+        super().__init__(estimates_of(inner.numbers), dict(inner.tables), figures)
         #: Nominal velocity of the striker, in metres per second.
         self.nominal_striker_velocity_m_per_s: float | None = inner.striker_velocity_m_per_s
         #: What the reader should know.
@@ -67,11 +63,6 @@ class Results:
         self.details: dict[str, Any] = json.loads(inner.details)
         #: What was modelled: `question`, `choice`, `rule`, `evidence` of each decision.
         self.decisions: list[dict[str, str]] = json.loads(inner.decisions)
-
-    @property
-    def group_velocity_m_per_s(self) -> Estimate:
-        """Slope of peak position against peak time."""
-        return self._numbers["group_velocity_m_per_s"]
 
     @property
     def group_velocity_variation(self) -> Estimate:
@@ -94,11 +85,6 @@ class Results:
         return self._numbers["c_s_kg_per_s"]
 
     @property
-    def local_resonance_hz(self) -> Estimate:
-        """Dominant frequency behind the leading pulse."""
-        return self._numbers["local_resonance_hz"]
-
-    @property
     def striker_velocity_m_per_s(self) -> Estimate:
         """Mean striker velocity as the fit to the tracks found it."""
         return self._numbers["striker_velocity_m_per_s"]
@@ -118,37 +104,8 @@ class Results:
         """The motion aligned by the chain model, with the same columns; ``None`` where the tracks do not accept the model."""
         return self._tables.get("motion_by_model")
 
-    @property
-    def strain(self) -> StrainMap:
-        """`t_s`, `gap`, `strain`, `sigma`; :meth:`StrainMap.plot` draws it."""
-        return self._strain
-
-    @property
-    def front(self) -> Table:
-        """`gap`, `t_peak_s`, `t_peak_sigma_s`, `t_edge_s`, ..., `peak_strain`, `peak_strain_sigma`, ..., `status`."""
-        return self._tables["front"]
-
-    @property
-    def hwhm(self) -> Table:
-        """`t_s`, `hwhm_m`, `sigma_m`."""
-        return self._tables["hwhm"]
-
-    @property
-    def energy(self) -> Table:
-        """`gap`, `psi_max_j`, `sigma_j`."""
-        return self._tables["energy"]
-
-    @property
-    def spectrum(self) -> Table:
-        """`gap`, `frequency_hz`, `amplitude`."""
-        return self._tables["spectrum"]
-
-    def __repr__(self) -> str:
-        told = ", ".join(f"{name} = {estimate}" for name, estimate in self._numbers.items())
-        return f"<chainwave.Results: {told}>"
-
-    def _repr_html_(self) -> str:
-        return _html.table_of(self._numbers) + _html.list_of(self.warnings) + self.figures["strain-map"].svg
+    def _html_notes(self) -> str:
+        return _html.list_of(self.warnings)
 
 
 def _held(name: str, given: Any, rate_hz: Optional[float], partial: bool) -> Recording:

@@ -13,9 +13,9 @@ from ._estimate import Estimate, estimates_of
 from ._figure import Figure
 from ._models import text_of
 from ._recording import warn
-from ._strain import StrainMap
 from ._table import Table
 from ._toml import toml_of
+from ._wave import Wave
 
 if TYPE_CHECKING:
     from ._chainwave import ArrowTable
@@ -34,59 +34,8 @@ class MergedMotion(Table):
         self.alignments = alignments
 
 
-class Measurement:
-    """What is measured of a motion. The tables have the columns of those that ``chainwave run`` writes."""
-
-    def __init__(
-        self, numbers: dict[str, Estimate], tables: dict[str, ArrowTable], figures: dict[str, Figure]
-    ) -> None:
-        self._numbers = numbers
-        #: Figures by their names: `displacements`, `strain-map`.
-        self.figures = figures
-        self._strain = StrainMap(tables.pop("strain"))
-        self._tables = {name: Table(table) for name, table in tables.items()}
-
-    @property
-    def group_velocity_m_per_s(self) -> Estimate:
-        """Slope of peak position against peak time."""
-        return self._numbers["group_velocity_m_per_s"]
-
-    @property
-    def local_resonance_hz(self) -> Estimate:
-        """Dominant frequency behind the leading pulse."""
-        return self._numbers["local_resonance_hz"]
-
-    @property
-    def strain(self) -> StrainMap:
-        """`t_s`, `gap`, `strain`, `sigma`; :meth:`StrainMap.plot` draws it."""
-        return self._strain
-
-    @property
-    def front(self) -> Table:
-        """`gap`, `t_peak_s`, ..., `peak_strain`, ..., `status`."""
-        return self._tables["front"]
-
-    @property
-    def hwhm(self) -> Table:
-        """`t_s`, `hwhm_m`, `sigma_m`."""
-        return self._tables["hwhm"]
-
-    @property
-    def energy(self) -> Table:
-        """`gap`, `psi_max_j`, `sigma_j`; empty without a contact law."""
-        return self._tables["energy"]
-
-    @property
-    def spectrum(self) -> Table:
-        """`gap`, `frequency_hz`, `amplitude`."""
-        return self._tables["spectrum"]
-
-    def __repr__(self) -> str:
-        told = ", ".join(f"{name} = {estimate}" for name, estimate in self._numbers.items())
-        return f"<chainwave.Measurement: {told}>"
-
-    def _repr_html_(self) -> str:
-        return _html.table_of(self._numbers) + self.figures["strain-map"].svg
+class Measurement(Wave):
+    """What is measured of a motion."""
 
 
 class Fit:

@@ -1,7 +1,7 @@
 //! What tracks are compared with: derivatives against simulations, and how much is integrated.
 
 use chainwave_measurement::{SharedReadingError, TrackDeviation};
-use chainwave_mechanics::{Drive, FarEnd, PowerLaw, simulate};
+use chainwave_mechanics::simulate;
 
 use super::super::response::MotionOfTrack;
 use super::super::windows::Window;
@@ -21,23 +21,6 @@ fn observed(chain: &Chain) -> Observation {
     Observation { recording: "one".into(), view: 0, trial: 0, times_s, bodies }
 }
 
-fn uniform(n_bodies: usize) -> Chain {
-    Chain {
-        mass_kg: vec![0.455e-3; n_bodies],
-        damping_kg_per_s: vec![0.003; n_bodies],
-        ground_stiffness_n_per_m: Vec::new(),
-        ground_law: None,
-        contact: PowerLaw::ELLIPTICAL_RING.into(),
-        drive: Drive::Striker(Striker {
-            mass_kg: 4.3e-3,
-            velocity_m_per_s: 2.73,
-            damping_kg_per_s: 0.2,
-            ground_damping_kg_per_s: 0.0,
-        }),
-        far_end: FarEnd::Free,
-    }
-}
-
 /// A model on one thread, of readings that share no error.
 fn unshared(chain: Chain, striker_velocity_m_per_s: Estimate, priors: Vec<Prior>) -> TrackModel {
     let n_threads = std::num::NonZero::<usize>::MIN;
@@ -53,7 +36,7 @@ fn unshared(chain: Chain, striker_velocity_m_per_s: Estimate, priors: Vec<Prior>
 
 #[test]
 fn what_is_solved_is_solved_once_and_without_derivatives_that_nobody_asks_for() {
-    let chain = uniform(8);
+    let chain = Chain::of_rings(8);
     let observations = [observed(&chain)];
     let velocity = Estimate::new(2.73, 0.05);
     let model = unshared(chain, velocity, Vec::new());
@@ -75,7 +58,7 @@ fn what_is_solved_is_solved_once_and_without_derivatives_that_nobody_asks_for() 
 
 #[test]
 fn sensitivities_are_those_of_simulations() {
-    let chain = uniform(8);
+    let chain = Chain::of_rings(8);
     let quantities =
         [Quantity::BodyMass, Quantity::Prefactor, Quantity::Offset, Quantity::Exponent, Quantity::Softening];
     let priors = quantities.map(|quantity| Prior { quantity, relative_sigma: 0.01 }).into();
@@ -124,7 +107,7 @@ fn sensitivities_are_those_of_simulations() {
 
 #[test]
 fn a_search_begins_at_a_damping_that_was_found_elsewhere_though_the_model_states_none() {
-    let mut chain = uniform(8);
+    let mut chain = Chain::of_rings(8);
     let observations = [observed(&chain)];
     chain.damping_kg_per_s.fill(0.0);
     let model = unshared(chain, Estimate::new(2.73, 0.05), Vec::new());
@@ -136,7 +119,7 @@ fn a_search_begins_at_a_damping_that_was_found_elsewhere_though_the_model_states
 
 #[test]
 fn unknowns_keep_their_places_in_a_richer_problem() {
-    let chain = uniform(8);
+    let chain = Chain::of_rings(8);
     let observations = [observed(&chain)];
     let priors = |quantities: &[Quantity]| {
         quantities.iter().map(|quantity| Prior { quantity: *quantity, relative_sigma: 0.01 }).collect()
@@ -154,7 +137,7 @@ fn unknowns_keep_their_places_in_a_richer_problem() {
 
 #[test]
 fn a_shared_error_moves_residuals_by_what_is_stated_of_them() {
-    let chain = uniform(8);
+    let chain = Chain::of_rings(8);
     let observation = observed(&chain);
     // Pictures that err where a body has moved, as a pattern on the sensor does: body 2 by up to 3 um.
     let errors_m: Vec<f64> =
