@@ -154,9 +154,15 @@ impl Way<'_> {
         }
         let tracks: Vec<&Track> = found.iter().map(|one| &one.track).collect();
         let Some(cover) = Cover::find(recording, subsets, self.reference, &tracks)? else { return Ok(found) };
-        let covered: Vec<Subset> = cover.subsets().iter().map(|&(index, _)| subsets[index].clone()).collect();
-        let again = self.follow(&cover.taken_from(recording), &covered, &|_| ())?;
-        for (&(index, share), again) in cover.subsets().iter().zip(again) {
+        // Ground that is left out already keeps still over the whole way where that is short.
+        let has_no_ground = |&&(index, _): &&(usize, f64)| found[index].ground_share.is_none();
+        let covered: Vec<(usize, f64)> = cover.subsets().iter().filter(has_no_ground).copied().collect();
+        if covered.is_empty() {
+            return Ok(found);
+        }
+        let chosen: Vec<Subset> = covered.iter().map(|&(index, _)| subsets[index].clone()).collect();
+        let again = self.follow(&cover.taken_from(recording), &chosen, &|_| ())?;
+        for (&(index, share), again) in covered.iter().zip(again) {
             if Cover::explains(&found[index].track, &again.track) {
                 found[index] = FollowedSubset { covered_share: Some(share), ..again };
             }

@@ -213,7 +213,8 @@ fn cover_note(FollowedSubset { track, covered_share, .. }: &FollowedSubset) -> O
 fn ground_note(FollowedSubset { track, ground_share, .. }: &FollowedSubset) -> Option<String> {
     let percent = 100.0 * ground_share.as_ref()?;
     Some(format!(
-        "point {}: {percent:.0} % of its subset is ground that stays where it is when the point moves, and was left out (hint: a smaller          half_width_px or half_height_px, so that the subset lies on its marker alone)",
+        "point {}: {percent:.0} % of its subset is ground that stays where it is when the point moves, and was left out (hint: a smaller \
+         half_width_px or half_height_px, so that the subset lies on its marker alone)",
         track.name
     ))
 }
