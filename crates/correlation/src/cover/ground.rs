@@ -2,9 +2,8 @@
 
 use chainwave_measurement::{Position, Recording, Region, Subset, median};
 
-use super::pixels::{LEAST_FRAMES, LEAST_PIXELS, bounds_at, joined, pieces};
+use super::pixels::{LEAST_FRAMES, LEAST_PIXELS, Texture, bounds_at, joined, pieces};
 use crate::reference::{mean_of_frames, pixel_bounds};
-use crate::search::patch::bilinear;
 use crate::{CorrelationError, ReferenceFrames};
 
 /// Change of a pixel where it is over the change where the subset has gone to, up to which it did not go along: of what goes along it is the
@@ -56,18 +55,13 @@ pub(super) fn staying(
         if recording.read_region(*frame, region, &mut seen).is_err() {
             continue;
         }
-        let at = |[x, y]: [f64; 2]| {
-            let [column, row] = [x - region.x as f64, y - region.y as f64];
-            let is_inside = (0.0..=(region.width - 1) as f64).contains(&column)
-                && (0.0..=(region.height - 1) as f64).contains(&row);
-            is_inside.then(|| f64::from(bilinear(&seen, region.width, [column, row])))
-        };
+        let seen = Texture { region, pixels: &seen };
         let (sin, cos) = position.theta_rad.map_or(0.0, |theta| theta.value).sin_cos();
         for (i, (change, was)) in changes.iter_mut().zip(&texture).enumerate() {
             let place = [(own.x + i % own.width) as f64, (own.y + i / own.width) as f64];
             let [dx, dy] = [place[0] - subset.x_px, place[1] - subset.y_px];
             let gone = [position.x_px.value + cos * dx - sin * dy, position.y_px.value + sin * dx + cos * dy];
-            if let (Some(here), Some(there)) = (at(place), at(gone)) {
+            if let (Some(here), Some(there)) = (seen.at(place), seen.at(gone)) {
                 change.n += 1.0;
                 change.in_place += (here - f64::from(*was)).powi(2);
                 change.along += (there - f64::from(*was)).powi(2);

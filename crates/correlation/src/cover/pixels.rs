@@ -151,16 +151,16 @@ impl Pixels {
     }
 }
 
-/// The subset's pixels in the reference.
+/// The pixels of a part of an image.
 #[derive(Clone, Copy)]
-struct Texture<'a> {
-    region: Region,
-    pixels: &'a [f32],
+pub(super) struct Texture<'a> {
+    pub(super) region: Region,
+    pub(super) pixels: &'a [f32],
 }
 
 impl Texture<'_> {
-    /// The count at a place of the image, between pixels along straight lines; `None` beyond the subset.
-    fn at(self, [x, y]: [f64; 2]) -> Option<f64> {
+    /// The count at a place of the image, between pixels along straight lines; `None` beyond the part.
+    pub(super) fn at(self, [x, y]: [f64; 2]) -> Option<f64> {
         let Self { region, pixels } = self;
         let [column, row] = [x - region.x as f64, y - region.y as f64];
         let is_inside = (0.0..=(region.width - 1) as f64).contains(&column)
