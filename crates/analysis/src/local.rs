@@ -186,15 +186,18 @@ impl LocalPolynomial {
     pub(crate) fn fit(series: &[Option<f64>], first: usize, last: usize) -> Option<Self> {
         let window = series.get(first..=last)?;
         let (centre, half_width) = centre_and_half_width(first, last);
-        let points: Vec<(Powers, f64)> = (first..)
-            .zip(window)
-            .filter_map(|(at, value)| Some((powers_of((at as f64 - centre) / half_width), (*value)?)))
-            .collect();
-        let enough =
-            points.len() >= N_COEFFICIENTS && points.len() as f64 >= MIN_PRESENT * window.len() as f64;
-        let normal = points.iter().fold(Normal::zeros(), |sum, (power, _)| sum + power * power.transpose());
-        let right = points.iter().fold(Powers::zeros(), |sum, (power, value)| sum + power * *value);
-        let coefficients = normal.cholesky().filter(|_| enough)?.solve(&right);
+        let n_present = window.iter().flatten().count();
+        if n_present < N_COEFFICIENTS || (n_present as f64) < MIN_PRESENT * window.len() as f64 {
+            return None;
+        }
+        let (mut normal, mut right) = (Normal::zeros(), Powers::zeros());
+        for (at, value) in (first..).zip(window) {
+            let Some(value) = value else { continue };
+            let powers = powers_of((at as f64 - centre) / half_width);
+            add_product(&mut normal, &powers);
+            right += powers * *value;
+        }
+        let coefficients = normal.cholesky()?.solve(&right);
         Some(Self { centre, half_width, coefficients })
     }
 
@@ -249,6 +252,15 @@ impl LocalPolynomial {
             }
         }
         0.5 * (low + high)
+    }
+}
+
+/// Adds a vector's product with itself; the factorization asks for no more than the lower triangle.
+fn add_product(normal: &mut Normal, powers: &Powers) {
+    for column in 0..N_COEFFICIENTS {
+        for row in column..N_COEFFICIENTS {
+            normal[(row, column)] += powers[row] * powers[column];
+        }
     }
 }
 

@@ -13,6 +13,7 @@ mod remarks;
 mod tracks;
 
 use std::collections::BTreeSet;
+use std::num::NonZero;
 use std::path::Path;
 
 use chainwave_analysis::{FrontSettings, MeasureSettings, Measurement, Missing, measure};
@@ -33,6 +34,7 @@ use crate::error::Error;
 use crate::outcome::Outcome;
 use crate::output::make_folder;
 use crate::output::write_json;
+use crate::parallel::threads;
 use crate::run::{PROVENANCE, draw_motion, write_measurement};
 use crate::run_files::RESULTS;
 use crate::terminal::{say, tell};
@@ -56,7 +58,8 @@ pub(crate) fn import(arguments: &cli::Import) -> Result<Outcome, Error> {
     }
     let rest_until_s = mapping.time.rest_until_s;
     check_rest(&arguments.mapping, &observations, rest_until_s)?;
-    let settings = Settings { rest_until_s, ..Settings::new(mapping.chain.n_bodies, 0.0) };
+    let n_threads = threads(arguments.jobs);
+    let settings = Settings { rest_until_s, n_threads, ..Settings::new(mapping.chain.n_bodies, 0.0) };
     let of_wild = wild_remarks(&take_out_wild(&mut observations), &observations);
     let left_out = outliers(&observations, &settings)?;
     for outlier in left_out.iter().rev() {
@@ -67,7 +70,7 @@ pub(crate) fn import(arguments: &cli::Import) -> Result<Outcome, Error> {
     let mut stitched = merge(&observations, &settings)?;
     stitched.warnings.extend(of_wild.into_iter().chain(of_rest));
     stitched.warnings.extend(add_unresolved_motion(&mut stitched.motion, &observations, rest_until_s));
-    let measurement = measured(&mapping, &stitched)?;
+    let measurement = measured(&mapping, &stitched, n_threads)?;
     stitched.warnings.extend(remarks(&observations, rest_until_s, &measurement));
     make_folder(&arguments.out)?;
     write_measurement(&arguments.out, &stitched, None, &measurement)?;
@@ -203,12 +206,17 @@ fn half_way_s(times_s: &[f64], track: &BodyTrack) -> Option<f64> {
     Some(t0 + (0.5 * farthest - x0) / (x1 - x0) * (t1 - t0))
 }
 
-fn measured(mapping: &Mapping, stitched: &Stitched) -> Result<Measurement, Error> {
+fn measured(
+    mapping: &Mapping,
+    stitched: &Stitched,
+    n_threads: NonZero<usize>,
+) -> Result<Measurement, Error> {
     let front = FrontSettings { edge_fraction: mapping.chain.edge_fraction, ..FrontSettings::default() };
     let settings = MeasureSettings {
         front,
         first_gap: mapping.chain.first_gap,
         end_reflects: mapping.end_reflects(),
+        n_threads,
         velocity_gaps: mapping.chain.last_gap.map(|last| mapping.chain.first_gap..=last),
         ..MeasureSettings::new(mapping.chain.pitch_m.get(), 1)
     };

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use chainwave_measurement::{BodyTrack, Observation, robust_sigma_about_zero};
+use chainwave_measurement::{BodyTrack, Observation, median, robust_sigma_about_zero};
 
 /// A reading that was taken out.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -18,7 +18,7 @@ pub struct WildReading {
     pub off_m: f64,
 }
 
-/// A reading is wild beyond so many deviations of its track from such cubics: none of 10^12 with normal errors...
+/// A reading is wild beyond so many deviations of its track from such cubics, and of its own: none of 10^12 with normal errors...
 const SIGMAS: f64 = 8.0;
 /// ...and beyond so many times what its neighbours are off without it: of a motion that its samples hardly follow, be it a jump from one to
 /// the next, neighbours are off by half as much or more.
@@ -31,6 +31,8 @@ const WAVE_FRAMES: f64 = 12.0;
 const LEAST_READINGS: usize = 20;
 /// The longest stretch of readings that is told from motion.
 const LONGEST: usize = 8;
+/// Readings on each side by which the rounding of numbers is told: it is coarser for larger ones where a file has so many digits of each.
+const ROUNDED_ALIKE: usize = 20;
 /// Readings on each side that a cubic goes through.
 const BESIDE: usize = 2;
 
@@ -98,24 +100,22 @@ impl SuspectTimes {
 
 /// The readings of a track that stand alone, or with a few others: first single ones, then longer and longer stretches.
 fn wild_of(index: usize, observation: &Observation, track: &BodyTrack) -> Vec<WildReading> {
-    let mut seen: Vec<[f64; 2]> = observation
-        .times_s
-        .iter()
-        .zip(&track.position_m)
-        .filter_map(|(time_s, reading)| Some([*time_s, (*reading)?.value]))
-        .collect();
+    let readings = observation.times_s.iter().zip(&track.position_m);
+    let present = readings.filter_map(|(time_s, reading)| Some((*time_s, (*reading)?)));
+    let (mut seen, stated): (Vec<[f64; 2]>, Vec<f64>) =
+        present.map(|(time_s, reading)| ([time_s, reading.value], reading.sigma)).unzip();
     let mut wild = Vec::new();
     if seen.len() < LEAST_READINGS {
         return wild;
     }
     let off = (0..seen.len()).filter_map(|at| off_m(&seen, at, &(at..at + 1)));
-    let Some(sigma_m) = robust_sigma_about_zero(off) else { return wild };
-    let least_m = SIGMAS * sigma_m.max(quantum_m(&seen));
+    let (Some(sigma_m), Some(stated_m)) = (robust_sigma_about_zero(off), median(stated)) else { return wild };
+    let sigma_m = sigma_m.max(stated_m);
     for length in 1..=LONGEST {
         let mut first = 0;
         while first + length <= seen.len() {
             let stretch = first..first + length;
-            if stands_alone(&seen, &stretch, least_m) {
+            if stands_alone(&seen, &stretch, sigma_m) {
                 let off_m = |at: usize| off_m(&seen, at, &stretch).unwrap_or(0.0);
                 wild.extend(stretch.clone().map(|at| WildReading {
                     index,
@@ -133,10 +133,14 @@ fn wild_of(index: usize, observation: &Observation, track: &BodyTrack) -> Vec<Wi
 }
 
 /// Whether both ends of a stretch of readings are far from what those before and behind lead to, which agree with one another.
-fn stands_alone(seen: &[[f64; 2]], stretch: &Range<usize>, least_m: f64) -> bool {
+fn stands_alone(seen: &[[f64; 2]], stretch: &Range<usize>, sigma_m: f64) -> bool {
     let far = |at: usize| off_m(seen, at, stretch).map_or(0.0, f64::abs);
     let off_m_there = far(stretch.start).min(far(stretch.end - 1));
-    if off_m_there <= least_m {
+    if off_m_there <= SIGMAS * sigma_m {
+        return false;
+    }
+    let around = stretch.start.saturating_sub(ROUNDED_ALIKE)..(stretch.end + ROUNDED_ALIKE).min(seen.len());
+    if off_m_there <= SIGMAS * quantum_m(&seen[around]) {
         return false;
     }
     let before = stretch.start.saturating_sub(BESIDE)..stretch.start;
@@ -160,11 +164,10 @@ fn off_m(seen: &[[f64; 2]], at: usize, left_out: &Range<usize>) -> Option<f64> {
     (n_nodes == 2 * BESIDE).then_some(value_m - expected_m)
 }
 
-/// The least difference between neighbouring readings that differ: numbers may be rounded to it.
+/// The least difference between neighbouring readings that differ: numbers may be rounded to it. Infinite where none differ.
 fn quantum_m(seen: &[[f64; 2]]) -> f64 {
     let steps = seen.windows(2).map(|pair| (pair[1][1] - pair[0][1]).abs()).filter(|step| *step > 0.0);
-    let least = steps.fold(f64::INFINITY, f64::min);
-    if least.is_finite() { least } else { 0.0 }
+    steps.fold(f64::INFINITY, f64::min)
 }
 
 #[cfg(test)]
@@ -281,6 +284,12 @@ mod tests {
         }
         for (frame, reading) in film.bodies[1].position_m.iter_mut().enumerate() {
             *reading = Some(Estimate::new(if frame % 17 == 0 { 1e-5 } else { 0.0 }, 0.0));
+        }
+        // Six digits of each number, as files have them, of a motion that grows from next to nothing and settles.
+        for (frame, reading) in film.bodies[2].position_m.iter_mut().enumerate() {
+            let place = 5.0 / (1.0 + (-(frame as f64 - 60.0) / 3.0).exp());
+            let digits: f64 = format!("{place:.5e}").parse().unwrap();
+            *reading = Some(Estimate::new(digits, 0.0));
         }
         assert_eq!(take_out_wild(&mut [film]), []);
     }

@@ -10,21 +10,24 @@ const LEAST_BLUR_PX: f64 = 1.0e-4;
 /// `inside` within it: the mean while the half-plane moves along x, and over the lens's spread.
 #[inline]
 pub(crate) fn half_plane_coverage(normal: [f64; 2], inside: f64, blur: Blur) -> f64 {
-    let square = Square::seen_along(normal);
-    let blur_px = blur.path_px;
     if !blur.is_focused() {
-        return soft_coverage(&square, inside, blur_px * normal[0], blur.defocus_px);
+        return soft_coverage(&Square::seen_along(normal), inside, blur.path_px * normal[0], blur.defocus_px);
     }
-    if (blur_px * normal[0]).abs() < LEAST_BLUR_PX {
-        return 0.5 + square.beyond_half(inside.abs()).copysign(inside);
-    }
-    moving_coverage(&square, inside, (blur_px * normal[0]).abs())
+    focused_coverage::<true>(normal, inside, blur.path_px)
 }
 
-/// Apart from the still edge's, so that this one stays short enough to be part of its callers.
-fn moving_coverage(square: &Square, inside: f64, blur: f64) -> f64 {
+/// The same in focus, without a branch, so that it can be worked out for many pixels at once; without `MOVES` the path is none.
+#[inline(always)]
+pub(crate) fn focused_coverage<const MOVES: bool>(normal: [f64; 2], inside: f64, path_px: f64) -> f64 {
+    let square = Square::seen_along(normal);
+    let still = 0.5 + square.beyond_half(inside.abs()).copysign(inside);
+    if !MOVES {
+        return still;
+    }
+    let blur = (path_px * normal[0]).abs();
     let up_to = |inside: f64| square.beyond_half_integral(inside.abs());
-    0.5 + (up_to(inside + blur / 2.0) - up_to(inside - blur / 2.0)) / blur
+    let moving = 0.5 + (up_to(inside + blur / 2.0) - up_to(inside - blur / 2.0)) / blur;
+    if blur < LEAST_BLUR_PX { still } else { moving }
 }
 
 /// Out of focus: a square seen along a direction is a box as wide as its large side, averaged over its small side, so the
@@ -57,35 +60,32 @@ struct Square {
 }
 
 impl Square {
-    #[inline]
+    #[inline(always)]
     fn seen_along(normal: [f64; 2]) -> Self {
         let (small, large) = (normal[0].abs().min(normal[1].abs()), normal[0].abs().max(normal[1].abs()));
         Self { small, large, corner: (large + small) / 2.0, shoulder: (large - small) / 2.0 }
     }
 
     /// The area between the centre and an edge at the distance, which is at least 0.
-    #[inline]
+    #[inline(always)]
     fn beyond_half(&self, distance: f64) -> f64 {
         let Self { small, large, corner, shoulder } = *self;
-        if distance >= corner {
-            0.5
-        } else if distance <= shoulder {
-            distance / large
-        } else {
-            0.5 - (corner - distance) * (corner - distance) / (2.0 * large * small)
-        }
+        let (along, beyond) = (distance / large, corner - distance);
+        let in_corner = 0.5 - beyond * beyond / (2.0 * large * small);
+        let within = if distance <= shoulder { along } else { in_corner };
+        if distance >= corner { 0.5 } else { within }
     }
 
     /// Integral of [`Square::beyond_half`] from 0.
+    #[inline(always)]
     fn beyond_half_integral(&self, distance: f64) -> f64 {
         let Self { small, large, corner, shoulder } = *self;
-        if distance <= shoulder {
-            return distance * distance / (2.0 * large);
-        }
-        let (cut, rest) = (small.powi(3), (corner - distance).max(0.0).powi(3));
-        // A square seen along its side has no corner part: cut and rest are 0.
-        let corners = if small > 0.0 { (cut - rest) / (6.0 * large * small) } else { 0.0 };
-        shoulder * shoulder / (2.0 * large) + 0.5 * (distance - shoulder) - corners
+        let cube = |length: f64| length * length * length;
+        let part = (cube(small) - cube((corner - distance).max(0.0))) / (6.0 * large * small);
+        // A square seen along its side has no corner part.
+        let corners = if small > 0.0 { part } else { 0.0 };
+        let beyond = shoulder * shoulder / (2.0 * large) + 0.5 * (distance - shoulder) - corners;
+        if distance <= shoulder { distance * distance / (2.0 * large) } else { beyond }
     }
 }
 

@@ -2,9 +2,11 @@
 
 use std::ops::Range;
 
+use chainwave_vectors::dispatch_loop;
+
 use crate::blur::Blur;
 use crate::canvas::Canvas;
-use crate::half_plane::half_plane_coverage;
+use crate::half_plane::{focused_coverage, half_plane_coverage};
 use crate::marker::BodyPlace;
 use crate::settings::Ring;
 use crate::view::PixelView;
@@ -94,10 +96,8 @@ fn draw_upright(centre_px: [f64; 2], [left, right]: &[Half; 2], tone: f32, canva
     for (row, values) in canvas.rows_mut() {
         let y_px = row as f64 - centre_px[1];
         let mut lay = |half: &Half, columns: Range<usize>| {
-            for column in columns {
-                let covered = half.coverage(column as f64 - centre_px[0], y_px) as f32;
-                values[column] += covered * (tone - values[column]);
-            }
+            let first_px = columns.start as f64 - centre_px[0];
+            half.lay([first_px, y_px], tone, values.get_mut(columns).unwrap_or_default());
         };
         if let Some(reach_px) = left.reach_px(y_px) {
             lay(left, column(-reach_px)..column(-left.hole_px(y_px)));
@@ -140,10 +140,45 @@ impl Half {
         self.reach_px(y_px).is_some_and(|reach_px| x_px.abs() <= reach_px) && x_px.abs() >= self.hole_px(y_px)
     }
 
+    /// Lays it over pixels of a row, the first of which is centred at `first_px` from the ring's centre.
+    fn lay(&self, first_px: [f64; 2], tone: f32, values: &mut [f32]) {
+        match (self.blur.is_focused(), self.blur.path_px == 0.0) {
+            (true, true) => self.lay_focused::<false>(first_px, tone, values),
+            (true, false) => self.lay_focused::<true>(first_px, tone, values),
+            (false, _) => {
+                for (i, value) in values.iter_mut().enumerate() {
+                    let covered = self.coverage(first_px[0] + i as f64, first_px[1]) as f32;
+                    *value += covered * (tone - *value);
+                }
+            }
+        }
+    }
+
+    fn lay_focused<const MOVES: bool>(&self, [x_px, y_px]: [f64; 2], tone: f32, values: &mut [f32]) {
+        dispatch_loop(
+            #[inline(always)]
+            || {
+                for (i, value) in values.iter_mut().enumerate() {
+                    let place_px = [x_px + f64::from(i as i32), y_px];
+                    let covered = |oval: &Oval| {
+                        let (normal, inside) = oval.edge(place_px);
+                        focused_coverage::<MOVES>(normal, inside, self.blur.path_px)
+                    };
+                    let covered = (covered(&self.outer) - covered(&self.inner)).max(0.0) as f32;
+                    *value += covered * (tone - *value);
+                }
+            },
+        );
+    }
+
     /// The covered fraction of the pixel centred at (`x_px`, `y_px`) from the ring's centre.
     fn coverage(&self, x_px: f64, y_px: f64) -> f64 {
-        let outer = self.outer.coverage(x_px, y_px, self.blur);
-        if outer > 0.0 { outer - self.inner.coverage(x_px, y_px, self.blur) } else { 0.0 }
+        let covered = |oval: &Oval| {
+            let (normal, inside) = oval.edge([x_px, y_px]);
+            half_plane_coverage(normal, inside, self.blur)
+        };
+        let outer = covered(&self.outer);
+        if outer > 0.0 { outer - covered(&self.inner) } else { 0.0 }
     }
 }
 
@@ -160,19 +195,19 @@ impl Oval {
         (height < 1.0).then(|| self.semi_x_px * (1.0 - height * height).sqrt())
     }
 
-    /// The fraction of a pixel that lies inside, with the ellipse replaced by its tangent near the pixel. The error is
-    /// that of the curvature within a pixel: about 1/(24 R) at a radius of R pixels, and as much again for each pixel's
+    /// Its tangent near a pixel, which stands for it there: the normal, and how far within it the pixel's centre lies. The error
+    /// is that of the curvature within a pixel: about 1/(24 R) at a radius of R pixels, and as much again for each pixel's
     /// square of motion.
-    fn coverage(&self, x_px: f64, y_px: f64, blur: Blur) -> f64 {
+    #[inline(always)]
+    fn edge(&self, [x_px, y_px]: [f64; 2]) -> ([f64; 2], f64) {
         let gradient = [x_px / (self.semi_x_px * self.semi_x_px), y_px / (self.semi_y_px * self.semi_y_px)];
         let level = x_px * gradient[0] + y_px * gradient[1];
         let steepness = (gradient[0] * gradient[0] + gradient[1] * gradient[1]).sqrt();
-        if steepness > 0.0 {
-            let normal = gradient.map(|component| component / steepness);
-            half_plane_coverage(normal, (level.sqrt() - level) / steepness, blur)
-        } else {
-            1.0
-        }
+        // The centre itself has no nearest edge: all of a pixel lies within one that is a semi-axis away.
+        let is_centre = steepness == 0.0;
+        let per = if is_centre { 0.0 } else { 1.0 / steepness };
+        let normal = if is_centre { [0.0, 1.0] } else { gradient.map(|component| component * per) };
+        (normal, if is_centre { self.semi_y_px } else { (level.sqrt() - level) * per })
     }
 }
 

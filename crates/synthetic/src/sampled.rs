@@ -1,6 +1,7 @@
 //! A speckle pattern seen by turned or sheared pixels, by Gauss-Legendre quadrature.
 
 use crate::blur::{Blur, NODE, WEIGHTS};
+use crate::gaussian::exp;
 use crate::speckle::{Pattern, REACH_SIGMA, Speckle};
 use crate::view::Sight;
 
@@ -89,19 +90,23 @@ impl Sampled {
     fn mean_over_box(&self, at_px: [f64; 2], sides: [[f64; 2]; 3], per_variance: f64) -> f64 {
         let steps = sides.map(|side| side.map(|component| 0.5 * NODE * component));
         let weights = node_weights(steps, per_variance);
-        let scaled = |dot: f64| libm::exp(-per_variance * dot);
-        self.near(at_px)
-            .iter()
-            .map(|speckle| {
-                let apart = [at_px[0] - speckle.x_px, at_px[1] - speckle.y_px];
-                let dot = |step: [f64; 2]| apart[0] * step[0] + apart[1] * step[1];
-                let powers = steps.map(|step| {
-                    let up = if is_still(step) { 1.0 } else { scaled(dot(step)) };
-                    [1.0 / up, 1.0, up]
-                });
-                speckle.depth * scaled(0.5 * dot(apart)) * weigh(&weights, &powers)
-            })
-            .sum()
+        let node_px: f64 = steps.iter().map(|[x, y]| x.abs() + y.abs()).sum();
+        let reach_px = REACH_SIGMA / per_variance.sqrt() + node_px;
+        let moves = !is_still(steps[2]);
+        let mut sum = 0.0;
+        for speckle in self.near(at_px) {
+            let [x, y] = [at_px[0] - speckle.x_px, at_px[1] - speckle.y_px];
+            let square = x * x + y * y;
+            if square > reach_px * reach_px {
+                continue;
+            }
+            let up = |step: [f64; 2]| exp(-per_variance * (x * step[0] + y * step[1]));
+            let (along, down) = (up(steps[0]), up(steps[1]));
+            let motion = if moves { up(steps[2]) } else { 1.0 };
+            let powers = [along, down, motion].map(|up| [1.0 / up, 1.0, up]);
+            sum += speckle.depth * exp(-0.5 * per_variance * square) * weigh(&weights, &powers);
+        }
+        sum
     }
 
     fn near(&self, at_px: [f64; 2]) -> &[Speckle] {
@@ -118,7 +123,7 @@ fn node_weights(steps: [[f64; 2]; 3], per_variance: f64) -> [[[f64; 3]; 3]; 3] {
         let at = [0, 1]
             .map(|axis| place(i) * steps[0][axis] + place(j) * steps[1][axis] + place(k) * steps[2][axis]);
         let square = at[0] * at[0] + at[1] * at[1];
-        WEIGHTS[i] * WEIGHTS[j] * WEIGHTS[k] * libm::exp(-0.5 * per_variance * square)
+        WEIGHTS[i] * WEIGHTS[j] * WEIGHTS[k] * exp(-0.5 * per_variance * square)
     };
     let nodes = [0, 1, 2];
     if is_still(steps[2]) {
@@ -133,11 +138,17 @@ fn is_still(step: [f64; 2]) -> bool {
     step.iter().all(|component| *component == 0.0)
 }
 
+#[inline]
 fn weigh(weights: &[[[f64; 3]; 3]; 3], [along, down, motion]: &[[f64; 3]; 3]) -> f64 {
-    let of = |values: &[f64; 3], powers: &[f64; 3]| {
-        values[0] * powers[0] + values[1] * powers[1] + values[2] * powers[2]
-    };
-    of(&weights.map(|plane| of(&plane.map(|line| of(&line, motion)), down)), along)
+    let mut sum = 0.0;
+    for (plane, along) in weights.iter().zip(along) {
+        let mut of_plane = 0.0;
+        for (line, down) in plane.iter().zip(down) {
+            of_plane += (line[0] * motion[0] + line[1] * motion[1] + line[2] * motion[2]) * down;
+        }
+        sum += of_plane * along;
+    }
+    sum
 }
 
 #[cfg(test)]

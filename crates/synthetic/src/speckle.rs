@@ -4,6 +4,7 @@
 use std::f64::consts::SQRT_2;
 use std::ops::Range;
 
+use chainwave_vectors::dispatch_loop;
 use ndarray::Array2;
 use rand::RngExt;
 
@@ -115,17 +116,23 @@ impl Pattern {
     ) {
         depths.clear();
         depths.resize(summed.len() * columns.n_pixels(), 0.0);
-        for (index, speckle) in self.speckles.iter().enumerate() {
-            let (left, along_x) = columns.of_speckle(index);
-            let (top, along_y) = rows.of_speckle(index);
-            for (row, weight_y) in (top..).zip(along_y).filter(|(row, _)| summed.contains(row)) {
-                let start = (row - summed.start) * columns.n_pixels() + left;
-                let weight = speckle.depth * weight_y;
-                for (depth, weight_x) in depths[start..start + along_x.len()].iter_mut().zip(along_x) {
-                    *depth += weight * weight_x;
+        dispatch_loop(
+            #[inline(always)]
+            || {
+                for (index, speckle) in self.speckles.iter().enumerate() {
+                    let (left, along_x) = columns.of_speckle(index);
+                    let (top, along_y) = rows.of_speckle(index);
+                    for (row, weight_y) in (top..).zip(along_y).filter(|(row, _)| summed.contains(row)) {
+                        let start = (row - summed.start) * columns.n_pixels() + left;
+                        let weight = speckle.depth * weight_y;
+                        let depths = &mut depths[start..start + along_x.len()];
+                        for (depth, weight_x) in depths.iter_mut().zip(along_x) {
+                            *depth += weight * weight_x;
+                        }
+                    }
                 }
-            }
-        }
+            },
+        );
     }
 }
 

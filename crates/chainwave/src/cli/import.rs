@@ -15,4 +15,7 @@ pub(crate) struct Import {
     /// Folder for tables, figures and results.json.
     #[arg(long, value_name = "DIR")]
     pub(crate) out: PathBuf,
+    /// Threads; default: all cores.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) jobs: Option<u16>,
 }
