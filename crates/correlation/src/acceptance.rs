@@ -269,12 +269,17 @@ impl Standard {
     }
 
     /// Why the subset is lost that is not found for a reason: what resembles it too little, of a point on bare ground, says that nothing is to
-    /// be seen there.
+    /// be seen there, unless it was seen in another frame.
     pub(crate) fn reason(&self, reason: Lost) -> Lost {
         match reason {
-            Lost::LowCorrelation | Lost::NotConverged if self.is_bare => Lost::NoTexture,
+            Lost::LowCorrelation | Lost::NotConverged if self.is_bare && !self.was_seen() => Lost::NoTexture,
             other => other,
         }
+    }
+
+    /// Whether a match was believed in another frame than the reference.
+    fn was_seen(&self) -> bool {
+        self.usual.1 > 0.0
     }
 
     /// Whether a correlation has suddenly fallen below what it was in the frames before.

@@ -9,6 +9,7 @@ mod held;
 mod outline;
 mod patches;
 mod row;
+mod shades;
 mod texture;
 
 use chainwave_measurement::{Estimate, Lost, Recording, Region, Subset};
@@ -17,6 +18,7 @@ use crate::error::no_markers::NoMarkers;
 use crate::expected::{expected_sigma, noise_between};
 use crate::markers::patches::{Patch, patches};
 use crate::markers::row::{Row, best_row};
+use crate::markers::shades::larger_by_shade;
 use crate::markers::texture::Texture;
 use crate::reference::mean_of_frames;
 use crate::subset_size::{LEAST_HALF_PX, MOST_HALF_PX};
@@ -165,6 +167,7 @@ fn most_textured_row(texture: &Texture) -> Result<Row, NoMarkers> {
         }
     }
     let row = best_row(markers).map(|row| row.without_cut(texture.size).with_held(texture));
+    let row = larger_by_shade(row, texture);
     let none = if is_everywhere { NoMarkers::Everywhere } else { NoMarkers::NoPatch };
     row.filter(|row| !row.members.is_empty()).ok_or(none)
 }

@@ -101,3 +101,32 @@ fn dots_on_black_are_matched_everywhere() {
     // Two thirds had been lost; a gap may still be as wide as two of the squares, which one subset in ten has.
     assert!(n_found * 10 >= subsets.len() * 9, "{n_found} of {}", subsets.len());
 }
+
+/// A ring of texture around a bare middle, as a printed letter may be: what has been seen and is hidden is not without texture.
+#[test]
+fn what_was_seen_around_a_bare_middle_is_not_lost_for_want_of_texture() {
+    const HIDDEN: std::ops::Range<u64> = 3..5;
+    let spots: Vec<[f64; 2]> = (0..26)
+        .map(|k| f64::from(k) * std::f64::consts::TAU * 0.618_034)
+        .zip((0..26).map(|k| 17.5 + 1.5 * f64::from(k % 3) / 2.0))
+        .map(|(angle, radius)| [60.0 + radius * angle.cos(), 60.0 + radius * angle.sin()])
+        .collect();
+    let ring = Texture::spots(&spots, 3.0);
+    let frame = |number: u64| {
+        let texture = if HIDDEN.contains(&number) { Texture::spots(&[], 3.0) } else { ring.clone() };
+        let moved = Deformation::rigid([0.0; 2], 0.0, [1.5 * number as f64, 0.0]);
+        let seen = picture(SIZE_PX, &[Surface::everywhere(texture, moved)]).unwrap();
+        counts(&seen, 12, 0.01, 3, number).unwrap().into_raw_vec_and_offset().0
+    };
+    let film = MemoryRecording::new(SIZE_PX[0], 12, (0..N_FRAMES).map(frame).collect());
+    let method: Method = "icgn-cubic-affine".parse().unwrap();
+    let first = ReferenceFrames::Single(0);
+    let settings = Settings::default();
+    let tracks = method.track(&film, &[subset(60.0, 22)], &first, &settings, &|_| ()).unwrap();
+    for (number, found) in (0..).zip(&tracks[0].positions) {
+        match HIDDEN.contains(&number) {
+            true => assert_eq!(*found, Err(Lost::LowCorrelation), "frame {number}"),
+            false => assert!(found.is_ok(), "frame {number}: {found:?}"),
+        }
+    }
+}

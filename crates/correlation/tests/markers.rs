@@ -364,3 +364,45 @@ fn tiny_and_absent_frames_are_errors() {
         assert!(matches!(found, Err(CorrelationError::NoSuchReference { .. })), "{found:?}");
     }
 }
+
+/// Dark stickers on rings that one looks through, at ground whose texture is stronger than theirs.
+#[test]
+fn stickers_are_found_by_their_shade_on_ground_of_more_texture() {
+    let size = [608, 96];
+    for seed in 0..8 {
+        let offset_px = 0.37 * seed as f64;
+        let places: Vec<[f64; 2]> = (0..5).map(|k| [64.0 + offset_px + 120.0 * f64::from(k), 47.0]).collect();
+        let ground = Surface {
+            tone: 0.8,
+            contrast: 0.4,
+            ..Surface::everywhere(
+                Texture::speckles(100 + seed, 9.0, [304.0, 48.0], [320.0, 64.0]),
+                Deformation::NONE,
+            )
+        };
+        let sticker = |(k, place): (u64, &[f64; 2])| {
+            let texture = Texture::speckles(10 * seed + k, 5.0, *place, [20.0, 20.0]);
+            let disc = Some((*place, 15.0));
+            Surface { disc, tone: 0.25, contrast: 0.22, ..Surface::everywhere(texture, Deformation::NONE) }
+        };
+        let stickers = (0..).zip(&places).map(sticker);
+        let surfaces: Vec<Surface> = std::iter::once(ground).chain(stickers).collect();
+        let tones = picture(size, &surfaces).unwrap();
+        let frames =
+            [0, 1].map(|number| counts(&tones, 12, 0.01, seed, number).unwrap().into_iter().collect());
+        let recording = MemoryRecording::new(size[0], 12, frames.into());
+        let row = propose_markers(&recording, &ReferenceFrames::Mean(0..2)).unwrap();
+        let found: Vec<[f64; 2]> =
+            row.markers.iter().map(|marker| [marker.subset.x_px, marker.subset.y_px]).collect();
+        assert_eq!(found.len(), places.len(), "seed {seed}: {found:?}");
+        for (found, place) in found.iter().zip(&places) {
+            // Outlines are known to 2 px or so.
+            assert!(
+                (found[0] - place[0]).hypot(found[1] - place[1]) < 3.0,
+                "seed {seed}: {found:?} {place:?}"
+            );
+        }
+        let half_px = row.markers[0].outline_half_px;
+        assert!(half_px.iter().all(|half| (half - 15.0).abs() < 3.0), "seed {seed}: {half_px:?}");
+    }
+}

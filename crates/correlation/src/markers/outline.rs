@@ -29,33 +29,42 @@ impl Texture {
             }
             outline = next;
         }
-        let sides = [0, 1].map(|axis| outline.last[axis] + 1 - outline.first[axis]);
-        let is_large = sides.iter().all(|side| *side >= LEAST_SIDE_PX);
-        let is_marker = is_large && !outline.is_everywhere(self.size) && self.has_speckles(&outline);
-        is_marker.then_some(outline)
+        (self.is_large_enough(&outline) && self.has_speckles(&outline)).then_some(outline)
+    }
+
+    /// Whether a marker may be as large as this: neither smaller than any subset, nor all of the picture.
+    pub(crate) fn is_large_enough(&self, outline: &Patch) -> bool {
+        let side = |axis: usize| outline.last[axis] + 1 - outline.first[axis];
+        side(0).min(side(1)) >= LEAST_SIDE_PX && !outline.is_everywhere(self.size)
     }
 
     /// Where the texture falls to half of what it is in the middle: averages over a window are half of what they are inside where half of
     /// the window lies inside, at the edge.
     fn outline(&self, patch: &Patch) -> Option<Patch> {
-        let core = patch.core();
-        let plateau = self.plateau(patch)?;
+        let plateau = self.plateau(patch).filter(|plateau| *plateau > 0.0)?;
         let half = (0.5 * plateau) as f32;
+        let outline = self.reaching(patch, |i| self.values[i] > half)?;
+        Some(Patch { texture: outline.area as f64 * plateau.sqrt(), ..outline })
+    }
+
+    /// The rectangle around the middle of a patch as far as half of its columns' and rows' middle pixels are of it.
+    pub(crate) fn reaching(&self, patch: &Patch, is_of_it: impl Fn(usize) -> bool) -> Option<Patch> {
+        let core = patch.core();
         let [width, height] = self.size;
-        let column =
-            |x: usize| 2 * core[1].clone().filter(|y| self.at((x, *y)) > half).count() >= core[1].len();
-        let row = |y: usize| 2 * core[0].clone().filter(|x| self.at((*x, y)) > half).count() >= core[0].len();
+        let is_at = |x: usize, y: usize| is_of_it(y * width + x);
+        let column = |x: usize| 2 * core[1].clone().filter(|y| is_at(x, *y)).count() >= core[1].len();
+        let row = |y: usize| 2 * core[0].clone().filter(|x| is_at(*x, y)).count() >= core[0].len();
         let [x, y] = patch.middle();
         let back =
             [(0..x).rev().take_while(|x| column(*x)).count(), (0..y).rev().take_while(|y| row(*y)).count()];
         let on = [(x..width).take_while(|x| column(*x)).count(), (y..height).take_while(|y| row(*y)).count()];
-        if on.contains(&0) || plateau <= 0.0 {
+        if on.contains(&0) {
             return None;
         }
         let first = [x - back[0], y - back[1]];
         let last = [x + on[0] - 1, y + on[1] - 1];
         let area = (on[0] + back[0]) * (on[1] + back[1]);
-        Some(Patch { first, last, area, texture: area as f64 * plateau.sqrt() })
+        Some(Patch { first, last, area, texture: 0.0 })
     }
 
     /// The texture in the middle of a patch.

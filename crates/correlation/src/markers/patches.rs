@@ -81,8 +81,12 @@ impl Patch {
 
 /// The patches above a threshold that could be markers, in the order of their first pixels.
 pub(crate) fn patches(texture: &Texture, threshold: f32) -> Vec<Patch> {
+    connected(texture, texture.values.iter().map(|value| *value > threshold).collect())
+}
+
+/// The patches of `open` pixels that hang together and could be markers, in the order of their first pixels.
+pub(crate) fn connected(texture: &Texture, mut open: Vec<bool>) -> Vec<Patch> {
     let [width, height] = texture.size;
-    let mut open: Vec<bool> = texture.values.iter().map(|value| *value > threshold).collect();
     let (mut found, mut stack) = (Vec::new(), Vec::new());
     for start in 0..open.len() {
         if !std::mem::take(&mut open[start]) {

@@ -17,6 +17,8 @@ pub(crate) struct Texture {
     pub(crate) size: [usize; 2],
     /// Mean square of the gradient in the direction in which it is smaller, in counts squared per pixel squared.
     pub(crate) values: Vec<f32>,
+    /// Mean of the pixels around each, in counts.
+    pub(crate) shades: Vec<f32>,
     /// Derivatives along x and y, in counts per pixel.
     pub(crate) gradients: [Vec<f32>; 2],
     /// Mean square of a derivative of noise alone, which smaller eigenvalues of noise alone do not exceed once it is taken off.
@@ -40,7 +42,8 @@ impl Texture {
         let smaller = |i: usize| 0.5 * (xx[i] + yy[i] - (xx[i] - yy[i]).hypot(2.0 * xy[i])) - of_noise;
         let values = (0..pixels.len()).map(smaller).collect();
         // Averages over 121 pixels, which share their noise with neighbours, scatter by a quarter: four times that is once their mean.
-        Self { size, values, gradients: [x, y], least: of_noise, noise_variance }
+        let shades = box_mean(pixels, size);
+        Self { size, values, shades, gradients: [x, y], least: of_noise, noise_variance }
     }
 
     /// The strongest texture.

@@ -49,7 +49,7 @@ fn lost_in_view(recordings: &[TrackedRecording], view: u32, body: usize) -> Opti
         subject: named(&names),
         text: format!(
             "body {body} is lost for good from {:.2} ms on ({}), in {} of {} recordings of view {view}, though it has not left the picture: {rest} (hint: \
-             a larger half_width_px or half_height_px, a shorter exposure, a higher frame rate; `chainwave view` shows it)",
+             subsets that hold more of the marker and less of what is beside it, a shorter exposure, a higher frame rate; `chainwave view` shows it)",
             1e3 * from_s,
             reason.as_str(),
             lost.len(),

@@ -27,8 +27,12 @@ const MOST_FRAMES: usize = 1024;
 const FAST: f64 = 0.25;
 /// Fewer bodies do not tell a shear from what markers happen to look like.
 const LEAST_BODIES: usize = 4;
-/// A picture whose last line is later than its first by less than this share of a frame's period is not worth a word.
+/// A picture whose last line is later than its first by less than this share of a frame's period is not worth a word...
 const LEAST_DELAY_SHARE: f64 = 0.01;
+/// ...nor less than this one where it is not certain: shutters that roll take most of a period.
+const LEAST_UNCERTAIN_SHARE: f64 = 0.1;
+/// Standard deviations by which the last line may seem to be later than the next picture's first, which no shutter's is.
+const BEYOND_PERIOD: f64 = 3.0;
 /// Shears farther from their median than this many standard deviations are no shears: one of a million normal ones is.
 const STRAY_SIGMAS: f64 = 5.0;
 /// Chance below which times are corrected. A false correction moves all of them, and a shutter that does roll is told with chances far below:
@@ -56,9 +60,10 @@ pub(crate) fn rolling_shutter(
     let line_time = line_time(setup, tracked, n_threads)?;
     let is_stated = setup.experiment.camera.line_time_s.is_some();
     let stated_s = setup.line_time_s();
-    let contradicts = (line_time.found_s.value - stated_s).abs() * line_time.n_lines
-        > LEAST_DELAY_SHARE * line_time.period_s
-        && line_time.p_value < SIGNIFICANCE_LEVEL;
+    let least_share = if line_time.p_value < CERTAIN { LEAST_DELAY_SHARE } else { LEAST_UNCERTAIN_SHARE };
+    let is_much =
+        (line_time.found_s.value - stated_s).abs() * line_time.n_lines > least_share * line_time.period_s;
+    let contradicts = is_much && line_time.is_possible() && line_time.p_value < SIGNIFICANCE_LEVEL;
     let corrects = !is_stated && line_time.p_value < CERTAIN;
     let stated = match is_stated {
         true => format!("{:.3} us stated", 1e6 * stated_s),
@@ -100,6 +105,14 @@ struct LineTime {
     n_lines: f64,
     /// From frame to frame.
     period_s: f64,
+}
+
+impl LineTime {
+    /// Whether the last line may be exposed before the next picture's first.
+    fn is_possible(&self) -> bool {
+        let Estimate { value, sigma } = self.found_s;
+        (value.abs() - BEYOND_PERIOD * sigma) * self.n_lines <= self.period_s
+    }
 }
 
 /// The slope of shear over velocity, fitted to all bodies by least squares; what bodies differ by is its uncertainty. Recordings of one body count
