@@ -206,11 +206,7 @@ fn half_way_s(times_s: &[f64], track: &BodyTrack) -> Option<f64> {
     Some(t0 + (0.5 * farthest - x0) / (x1 - x0) * (t1 - t0))
 }
 
-fn measured(
-    mapping: &Mapping,
-    stitched: &Stitched,
-    n_threads: NonZero<usize>,
-) -> Result<Measurement, Error> {
+fn measured(mapping: &Mapping, stitched: &Stitched, n_threads: NonZero<usize>) -> Result<Measurement, Error> {
     let front = FrontSettings { edge_fraction: mapping.chain.edge_fraction, ..FrontSettings::default() };
     let settings = MeasureSettings {
         front,

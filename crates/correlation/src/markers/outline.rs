@@ -75,6 +75,11 @@ impl Texture {
 
     /// Whether the middle of a patch has gradients in all directions, and nearly everywhere.
     pub(crate) fn has_speckles(&self, patch: &Patch) -> bool {
+        self.is_speckled(patch, LEAST_ISOTROPY, LEAST_EVENNESS)
+    }
+
+    /// The same by other bounds.
+    pub(crate) fn is_speckled(&self, patch: &Patch, least_isotropy: f64, least_evenness: f64) -> bool {
         let [columns, rows] = patch.core();
         let places = rows.flat_map(|y| columns.clone().map(move |x| y * self.size[0] + x));
         let gradients: Vec<[f64; 2]> =
@@ -86,6 +91,6 @@ impl Texture {
         let of_noise = f64::from(self.least);
         let [smaller, larger] = [-1.0, 1.0].map(|sign| 0.5 * (xx + yy) + sign * apart - of_noise);
         let middle = median(gradients.iter().map(|[x, y]| x * x + y * y).collect()).unwrap_or(0.0);
-        smaller >= LEAST_ISOTROPY * larger && middle >= LEAST_EVENNESS * (xx + yy)
+        smaller >= least_isotropy * larger && middle >= least_evenness * (xx + yy)
     }
 }

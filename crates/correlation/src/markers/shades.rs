@@ -14,16 +14,21 @@ const N_LEVELS: usize = 12;
 const LEAST_FILL: f64 = 0.65;
 /// Standard deviations of the ground's shades by which a marker differs from them: texture all over has blots that differ by two.
 const OUTSTANDING: f64 = 4.0;
+/// What its speckles have at least: those of a small sticker are few, and lines that cross, or rings that touch, do not stand out so.
+const LEAST_ISOTROPY: f64 = 0.1;
+const LEAST_EVENNESS: f64 = 0.1;
+/// Share of the texture of a row of fewer members that these must have.
+const LEAST_SHARE: f64 = 0.5;
 /// Fewer are no row: any two make one.
 const LEAST_MEMBERS: usize = 3;
 
-/// A row, or that of the markers which stand out by their shade, where it has more members and more texture, or far more members: what holds most of
+/// A row, or that of the markers which stand out by their shade, where it has more members and half of the texture, or far more members: what holds most of
 /// the ground has much texture, too.
 pub(crate) fn larger_by_shade(row: Option<Row>, texture: &Texture) -> Option<Row> {
     let shaded = best_row(texture.shaded_markers()).map(|row| row.without_cut(texture.size));
     let size = |row: &Option<Row>| row.as_ref().map_or((0, 0.0), |row| (row.members.len(), row.texture));
     let ((n, strength), (n_shaded, strength_shaded)) = (size(&row), size(&shaded));
-    let is_larger = n_shaded > n && strength_shaded > strength || n_shaded > 2 * n;
+    let is_larger = n_shaded > n && strength_shaded > LEAST_SHARE * strength || n_shaded > 2 * n;
     if is_larger && n_shaded >= LEAST_MEMBERS { shaded } else { row }
 }
 
@@ -61,7 +66,8 @@ impl Texture {
         // Ground of its shade beside it may be part of the patch.
         let outline = self.reaching(patch, is_nearer)?;
         let plateau = self.plateau(&outline).filter(|plateau| *plateau > f64::from(self.least))?;
-        let is_marker = self.is_large_enough(&outline) && self.has_speckles(&outline);
+        let is_speckled = self.is_speckled(&outline, LEAST_ISOTROPY, LEAST_EVENNESS);
+        let is_marker = self.is_large_enough(&outline) && is_speckled;
         is_marker.then(|| Patch { texture: outline.area as f64 * plateau.sqrt(), ..outline })
     }
 
