@@ -47,7 +47,7 @@ const ALLOWED: [(&str, Option<&[&str]>); 18] = [
         ]),
     ),
     ("stitching", Some(&["measurement"])),
-    ("synthetic", Some(&["durable", "measurement"])),
+    ("synthetic", Some(&["durable", "measurement", "vectors"])),
     ("testkit", Some(&["vectors"])),
     ("vectors", Some(&[])),
     ("view", Some(&["camera", "correlation", "measurement"])),

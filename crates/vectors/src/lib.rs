@@ -1,4 +1,4 @@
-//! Which vector instructions the inner loops of analysis, correlation and mechanics run with: the best of the machine, or those that the
+//! Which vector instructions the inner loops of analysis, correlation, mechanics and the synthetic camera run with: the best of the machine, or those that the
 //! environment names. All give the same bits; the tests of these crates hold that.
 //!
 //! ```
