@@ -13,6 +13,7 @@ from ._estimate import Estimate, estimates_of
 from ._figure import Figure
 from ._models import text_of
 from ._recording import warn
+from ._strain import StrainMap
 from ._table import Table
 from ._toml import toml_of
 from ._wave import Wave
