@@ -95,7 +95,7 @@ fn centre_weights(half_window: usize) -> Option<Vec<f64>> {
     let half = half_window as f64;
     let powers: Vec<Powers> =
         (0..=2 * half_window).map(|at| powers_of((at as f64 - half) / half.max(1.0))).collect();
-    let normal = powers.iter().fold(Normal::zeros(), |sum, power| sum + power * power.transpose());
+    let normal = normal_of(powers.iter().copied());
     let at_centre = normal.cholesky()?.solve(&powers_of(0.0));
     (half_window >= MIN_HALF_WINDOW).then(|| powers.iter().map(|power| power.dot(&at_centre)).collect())
 }
@@ -205,7 +205,7 @@ impl LocalPolynomial {
     pub(crate) fn variance_of_slope(first: usize, last: usize, place: f64) -> Option<f64> {
         let (centre, half_width) = centre_and_half_width(first, last);
         let powers = (first..=last).map(|at| powers_of((at as f64 - centre) / half_width));
-        let normal = powers.fold(Normal::zeros(), |sum, power| sum + power * power.transpose());
+        let normal = normal_of(powers);
         let slopes = slopes_of_powers((place - centre) / half_width) / half_width;
         Some(slopes.dot(&normal.cholesky()?.solve(&slopes)))
     }
@@ -253,6 +253,13 @@ impl LocalPolynomial {
         }
         0.5 * (low + high)
     }
+}
+
+/// The lower triangle of the normal equations' matrix.
+fn normal_of(powers: impl Iterator<Item = Powers>) -> Normal {
+    let mut normal = Normal::zeros();
+    powers.for_each(|powers| add_product(&mut normal, &powers));
+    normal
 }
 
 /// Adds a vector's product with itself; the factorization asks for no more than the lower triangle.

@@ -277,7 +277,7 @@ impl Standard {
         }
     }
 
-    /// Whether a match was believed in another frame than the reference.
+    /// Whether a match was believed in a frame that is not all of the reference.
     fn was_seen(&self) -> bool {
         self.usual.1 > 0.0
     }

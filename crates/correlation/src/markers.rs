@@ -3,7 +3,7 @@
 //! A patch is where the smaller eigenvalue of the structure tensor (J. Shi, C. Tomasi, CVPR 1994, 593-600) is large: an edge, a rod or a
 //! ring has a gradient in one direction only, speckles have it in both. How large is large follows from no setting: patches are looked for
 //! at falling thresholds (`patches`), down to what noise alone could show (`texture`), and of all rows of like patches at a regular
-//! pitch (`row`) that with the most texture is taken. Ground between markers that holds edges, such as rings that touch, should be 40 px wide.
+//! pitch (`row`) that with the most texture is taken, or one of stickers that stand out by their shade (`shades`), where it has more. Ground between markers that holds edges, such as rings that touch, should be 40 px wide.
 
 mod held;
 mod outline;
@@ -16,7 +16,7 @@ use chainwave_measurement::{Estimate, Lost, Recording, Region, Subset};
 
 use crate::error::no_markers::NoMarkers;
 use crate::expected::{expected_sigma, noise_between};
-use crate::markers::patches::{Patch, patches};
+use crate::markers::patches::{Patch, add_new, patches};
 use crate::markers::row::{Row, best_row};
 use crate::markers::shades::larger_by_shade;
 use crate::markers::texture::Texture;
@@ -160,11 +160,7 @@ fn most_textured_row(texture: &Texture) -> Result<Row, NoMarkers> {
         let (everywhere, some): (Vec<Patch>, Vec<Patch>) =
             patches(texture, threshold).into_iter().partition(|patch| patch.is_everywhere(texture.size));
         is_everywhere |= !everywhere.is_empty();
-        for marker in some.iter().filter_map(|patch| texture.marker(patch)) {
-            if !markers.iter().any(|found| found.is_same(&marker)) {
-                markers.push(marker);
-            }
-        }
+        add_new(&mut markers, some.iter().filter_map(|patch| texture.marker(patch)));
     }
     let row = best_row(markers).map(|row| row.without_cut(texture.size).with_held(texture));
     let row = larger_by_shade(row, texture);

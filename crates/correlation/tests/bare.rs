@@ -106,11 +106,12 @@ fn dots_on_black_are_matched_everywhere() {
 #[test]
 fn what_was_seen_around_a_bare_middle_is_not_lost_for_want_of_texture() {
     const HIDDEN: std::ops::Range<u64> = 3..5;
-    let spots: Vec<[f64; 2]> = (0..26)
-        .map(|k| f64::from(k) * std::f64::consts::TAU * 0.618_034)
-        .zip((0..26).map(|k| 17.5 + 1.5 * f64::from(k % 3) / 2.0))
-        .map(|(angle, radius)| [60.0 + radius * angle.cos(), 60.0 + radius * angle.sin()])
-        .collect();
+    let spot = |k: u32| {
+        let (angle, radius) =
+            (f64::from(k) * std::f64::consts::TAU * 0.618_034, 17.5 + 0.75 * f64::from(k % 3));
+        [60.0 + radius * angle.cos(), 60.0 + radius * angle.sin()]
+    };
+    let spots: Vec<[f64; 2]> = (0..26).map(spot).collect();
     let ring = Texture::spots(&spots, 3.0);
     let frame = |number: u64| {
         let texture = if HIDDEN.contains(&number) { Texture::spots(&[], 3.0) } else { ring.clone() };

@@ -5,7 +5,7 @@
 mod support;
 
 use chainwave_correlation::{Interpolation, ReferenceFrames, Settings, Shape, track};
-use chainwave_testkit::hold_each_to_the_same_bits;
+use chainwave_testkit::{digest, hold_each_to_the_same_bits};
 use support::{SIZE, Speckle, recorded, sense, subset};
 
 #[test]
@@ -50,14 +50,8 @@ fn digests() -> Vec<String> {
                     position.zncc,
                 ]
             });
-            digests.push(format!("{shape} {interpolation} {:016x}", digest(found)));
+            digests.push(format!("{shape} {interpolation} {:016x}", digest(found.map(f64::to_bits))));
         }
     }
     digests
-}
-
-/// The bits of all values by the FNV-1a hash (G. Fowler, L. C. Noll, K.-P. Vo).
-fn digest(values: impl Iterator<Item = f64>) -> u64 {
-    let start = 0xcbf2_9ce4_8422_2325_u64;
-    values.fold(start, |hash, value| (hash ^ value.to_bits()).wrapping_mul(0x0100_0000_01b3))
 }

@@ -18,7 +18,7 @@ pub struct WildReading {
     pub off_m: f64,
 }
 
-/// A reading is wild beyond so many deviations of its track from such cubics, and of its own: none of 10^12 with normal errors...
+/// A reading is wild beyond so many deviations of its track from such cubics, and stated ones: none of 10^12 with normal errors...
 const SIGMAS: f64 = 8.0;
 /// ...and beyond so many times what its neighbours are off without it: of a motion that its samples hardly follow, be it a jump from one to
 /// the next, neighbours are off by half as much or more.
@@ -222,6 +222,22 @@ mod tests {
         let lost =
             |one: &Observation| one.bodies.iter().flat_map(|b| &b.position_m).filter(|x| x.is_none()).count();
         assert_eq!(films.iter().map(lost).collect::<Vec<_>>(), [1, 1, 1, 0]);
+    }
+
+    #[test]
+    fn what_the_stated_sigma_explains_stays() {
+        let film_of = |sigma_m: f64| {
+            let mut film = film(1);
+            film.bodies
+                .iter_mut()
+                .flat_map(|body| body.position_m.iter_mut().flatten())
+                .for_each(|x| x.sigma = sigma_m);
+            shift(&mut film, 2, 20, 4e-5);
+            film
+        };
+        // 40 um are beyond eight times 4 um, and not beyond eight times 6 um.
+        assert_eq!(take_out_wild(&mut [film_of(4e-6)]).len(), 1);
+        assert_eq!(take_out_wild(&mut [film_of(6e-6)]), []);
     }
 
     #[test]

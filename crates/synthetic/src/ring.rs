@@ -14,6 +14,9 @@ use crate::view::PixelView;
 /// Bounds of a ring's stretch along the chain; only motions that no chain makes reach them.
 const STRETCH: [f64; 2] = [0.2, 2.0];
 
+/// Farther within an edge than any path is long.
+const WELL_WITHIN_PX: f64 = 1.0e6;
+
 /// Semi-axis of the hole of a ring that is squeezed to less than its walls: too small to be seen.
 const LEAST_HOLE_PX: f64 = 1.0e-3;
 
@@ -203,11 +206,11 @@ impl Oval {
         let gradient = [x_px / (self.semi_x_px * self.semi_x_px), y_px / (self.semi_y_px * self.semi_y_px)];
         let level = x_px * gradient[0] + y_px * gradient[1];
         let steepness = (gradient[0] * gradient[0] + gradient[1] * gradient[1]).sqrt();
-        // The centre itself has no nearest edge: all of a pixel lies within one that is a semi-axis away.
+        // The centre itself has no nearest edge, and lies within.
         let is_centre = steepness == 0.0;
         let per = if is_centre { 0.0 } else { 1.0 / steepness };
         let normal = if is_centre { [0.0, 1.0] } else { gradient.map(|component| component * per) };
-        (normal, if is_centre { self.semi_y_px } else { (level.sqrt() - level) * per })
+        (normal, if is_centre { WELL_WITHIN_PX } else { (level.sqrt() - level) * per })
     }
 }
 

@@ -97,6 +97,7 @@ impl Sampled {
         for speckle in self.near(at_px) {
             let [x, y] = [at_px[0] - speckle.x_px, at_px[1] - speckle.y_px];
             let square = x * x + y * y;
+            // The cell holds those of all its pixels; this one sees fewer.
             if square > reach_px * reach_px {
                 continue;
             }

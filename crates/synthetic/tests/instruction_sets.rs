@@ -6,7 +6,7 @@ mod support;
 
 use chainwave_measurement::Trajectory;
 use chainwave_synthetic::{Scene, Sensor, Shot};
-use chainwave_testkit::hold_each_to_the_same_bits;
+use chainwave_testkit::{digest, hold_each_to_the_same_bits};
 use ndarray::Array2;
 use support::{camera, specimen};
 
@@ -46,14 +46,9 @@ fn digests() -> Vec<String> {
     let pictures = |frame: usize| {
         let (expected, recorded) =
             (scene.expected_counts(frame).unwrap(), scene.recorded_counts(frame).unwrap());
-        [("expected", expected), ("recorded", recorded)]
-            .map(|(name, counts)| format!("{frame} {name} {:016x}", digest(&counts)))
+        [("expected", expected), ("recorded", recorded)].map(|(name, counts)| {
+            format!("{frame} {name} {:016x}", digest(counts.iter().map(|count| u64::from(count.to_bits()))))
+        })
     };
     FRAMES.into_iter().flat_map(pictures).collect()
-}
-
-/// The bits of all pixels by the FNV-1a hash (G. Fowler, L. C. Noll, K.-P. Vo).
-fn digest(counts: &Array2<f32>) -> u64 {
-    let bytes = counts.iter().flat_map(|count| count.to_bits().to_le_bytes());
-    bytes.fold(0xCBF2_9CE4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01B3))
 }

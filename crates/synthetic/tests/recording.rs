@@ -251,11 +251,8 @@ fn equal_settings_give_equal_bytes_in_any_thread() {
     assert_eq!(files, 3, "no part is left behind");
 }
 
-/// A 64-bit FNV-1a digest.
-fn digest(bytes: &[u8]) -> u64 {
-    bytes
-        .iter()
-        .fold(0xCBF2_9CE4_8422_2325, |hash, &byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01B3))
+fn digest_of(bytes: &[u8]) -> u64 {
+    chainwave_testkit::digest(bytes.iter().copied().map(u64::from))
 }
 
 #[test]
@@ -268,7 +265,7 @@ fn with_every_effect_off_the_bytes_are_those_of_the_plain_camera() {
         ("p10", Packing::P10, 0xC235_A2BF_234F_8557),
         ("p12l", Packing::P12L, 0x7E7B_C507_CD15_C6DF_u64),
     ] {
-        let found = digest(&filmed(&folder.path().join(name), packing));
+        let found = digest_of(&filmed(&folder.path().join(name), packing));
         assert_eq!(found, golden, "{name}: {found:#X}");
     }
 }
@@ -294,7 +291,7 @@ fn optics_light_and_motion_blur_are_what_they_were_without_effects() {
         let path = folder.path().join(name);
         film(&path, &Scene::new(&camera, &specimen, &shot, &motion).unwrap(), &FileFaults::default())
             .unwrap();
-        let found = digest(&std::fs::read(&path).unwrap());
+        let found = digest_of(&std::fs::read(&path).unwrap());
         assert_eq!(found, golden, "{name}: {found:#X}");
     }
 }

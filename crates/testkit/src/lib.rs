@@ -29,6 +29,12 @@ pub fn reference_data(name: &str) -> Option<PathBuf> {
     folder.map(|folder| PathBuf::from(folder).join(name))
 }
 
+/// The hash FNV-1a (G. Fowler, L. C. Noll, K.-P. Vo) of the bits of some words, or bytes.
+pub fn digest(words: impl IntoIterator<Item = u64>) -> u64 {
+    let step = |hash: u64, word: u64| (hash ^ word).wrapping_mul(0x0100_0000_01B3);
+    words.into_iter().fold(0xCBF2_9CE4_8422_2325, step)
+}
+
 /// Says that the present test skips, and why (in one line): on standard error, and in the list where one is kept.
 #[expect(clippy::print_stderr, reason = "the runner shows it with the test's output")]
 pub fn skip(reason: &str) {

@@ -1,5 +1,5 @@
-//! Which vector instructions the inner loops of analysis, correlation, mechanics and the synthetic camera run with: the best of the machine, or those that the
-//! environment names. All give the same bits; the tests of these crates hold that.
+//! Which vector instructions the inner loops of analysis, correlation, mechanics and the synthetic camera run with: the best of the machine,
+//! or those that the environment names. All give the same bits; the tests of these crates hold that.
 //!
 //! ```
 //! use chainwave_vectors::{InstructionSet, dispatch};

@@ -34,8 +34,7 @@ impl Texture {
 
     /// Whether a marker may be as large as this: neither smaller than any subset, nor all of the picture.
     pub(crate) fn is_large_enough(&self, outline: &Patch) -> bool {
-        let side = |axis: usize| outline.last[axis] + 1 - outline.first[axis];
-        side(0).min(side(1)) >= LEAST_SIDE_PX && !outline.is_everywhere(self.size)
+        outline.sides_px().iter().all(|side| *side >= LEAST_SIDE_PX) && !outline.is_everywhere(self.size)
     }
 
     /// Where the texture falls to half of what it is in the middle: averages over a window are half of what they are inside where half of
@@ -44,7 +43,7 @@ impl Texture {
         let plateau = self.plateau(patch).filter(|plateau| *plateau > 0.0)?;
         let half = (0.5 * plateau) as f32;
         let outline = self.reaching(patch, |i| self.values[i] > half)?;
-        Some(Patch { texture: outline.area as f64 * plateau.sqrt(), ..outline })
+        Some(outline.of_texture(plateau))
     }
 
     /// The rectangle around the middle of a patch as far as half of its columns' and rows' middle pixels are of it.

@@ -37,6 +37,16 @@ impl Patch {
         })
     }
 
+    /// Its width and height, in pixels.
+    pub(crate) fn sides_px(&self) -> [usize; 2] {
+        [0, 1].map(|axis| self.last[axis] + 1 - self.first[axis])
+    }
+
+    /// The same with the texture that all of it has, if that of its middle goes on to its edge.
+    pub(crate) fn of_texture(self, in_middle: f64) -> Self {
+        Self { texture: self.area as f64 * in_middle.sqrt(), ..self }
+    }
+
     /// Half of its width and height.
     pub(crate) fn half_px(&self) -> [f64; 2] {
         [0, 1].map(|axis| 0.5 * (self.last[axis] - self.first[axis]) as f64)
@@ -76,6 +86,15 @@ impl Patch {
     /// Whether it touches the picture's two sides along an axis, but for what the averages blur.
     pub(crate) fn is_cut(&self, size: [usize; 2], axis: usize) -> [bool; 2] {
         [self.first[axis] <= 1, self.last[axis] + 2 >= size[axis]]
+    }
+}
+
+/// Adds the markers that no level before has shown.
+pub(crate) fn add_new(markers: &mut Vec<Patch>, shown: impl Iterator<Item = Patch>) {
+    for marker in shown {
+        if !markers.iter().any(|found| found.is_same(&marker)) {
+            markers.push(marker);
+        }
     }
 }
 

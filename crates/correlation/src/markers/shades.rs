@@ -4,7 +4,7 @@ use std::iter;
 
 use chainwave_measurement::{median, median_and_robust_sigma};
 
-use crate::markers::patches::{Patch, connected};
+use crate::markers::patches::{Patch, add_new, connected};
 use crate::markers::row::{Row, best_row};
 use crate::markers::texture::{RADIUS_PX, Texture};
 
@@ -43,19 +43,16 @@ impl Texture {
         for level in levels {
             let darker = connected(self, self.shades.iter().map(|shade| *shade < level).collect());
             let lighter = connected(self, self.shades.iter().map(|shade| *shade > level).collect());
-            for marker in darker.iter().chain(&lighter).filter_map(|patch| self.shaded_marker(patch)) {
-                if !found.iter().any(|one| one.is_same(&marker)) {
-                    found.push(marker);
-                }
-            }
+            let patches = darker.iter().chain(&lighter);
+            add_new(&mut found, patches.filter_map(|patch| self.shaded_marker(patch)));
         }
         found
     }
 
     /// The marker that a patch of one shade is; `None` where it is something else.
     fn shaded_marker(&self, patch: &Patch) -> Option<Patch> {
-        let sides = [0, 1].map(|axis| patch.last[axis] + 1 - patch.first[axis]);
-        if (patch.area as f64) < LEAST_FILL * (sides[0] * sides[1]) as f64 {
+        let [width, height] = patch.sides_px();
+        if (patch.area as f64) < LEAST_FILL * (width * height) as f64 {
             return None;
         }
         let [own, ground] = self.shades_if_it_stands_out(patch)?;
@@ -68,7 +65,7 @@ impl Texture {
         let plateau = self.plateau(&outline).filter(|plateau| *plateau > f64::from(self.least))?;
         let is_speckled = self.is_speckled(&outline, LEAST_ISOTROPY, LEAST_EVENNESS);
         let is_marker = self.is_large_enough(&outline) && is_speckled;
-        is_marker.then(|| Patch { texture: outline.area as f64 * plateau.sqrt(), ..outline })
+        is_marker.then(|| outline.of_texture(plateau))
     }
 
     /// The shade of a patch and that of the ground around it, out to half its size, which has it nowhere; `None` where it may.
@@ -76,7 +73,7 @@ impl Texture {
         let reach = |axis: usize, beyond: usize| {
             patch.first[axis].saturating_sub(beyond)..(patch.last[axis] + 1 + beyond).min(self.size[axis])
         };
-        let half = [0, 1].map(|axis| RADIUS_PX + (patch.last[axis] + 1 - patch.first[axis]) / 2);
+        let half = patch.sides_px().map(|side| RADIUS_PX + side / 2);
         let [near_columns, near_rows] = [0, 1].map(|axis| reach(axis, RADIUS_PX));
         let (mut own, mut around) = (Vec::new(), Vec::new());
         let [core_columns, core_rows] = patch.core();

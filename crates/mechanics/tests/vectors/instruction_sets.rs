@@ -38,11 +38,9 @@ fn of_chain(name: &str, found: &Simulation) -> String {
     format!("{name}: {}, {} steps", parts.join(", "), found.steps)
 }
 
-/// The bits of all values by the FNV-1a hash (G. Fowler, L. C. Noll, K.-P. Vo).
+/// The bits of all values in a word, behind a name.
 fn digest<'a>(name: &str, values: impl Iterator<Item = &'a f64>) -> String {
-    let start = 0xcbf2_9ce4_8422_2325_u64;
-    let hash = values.fold(start, |hash, value| (hash ^ value.to_bits()).wrapping_mul(0x0100_0000_01b3));
-    format!("{name} {hash:016x}")
+    format!("{name} {:016x}", chainwave_testkit::digest(values.map(|value| value.to_bits())))
 }
 
 fn power() -> Contact {
